@@ -1,0 +1,45 @@
+# Everything is set up in .venv; nothing else is assumed than Python >= 3.11, make and git.
+PYTHON ?= python3
+VENV := .venv
+BIN := $(VENV)/bin
+
+.PHONY: demo test test-slow check format lock bench clean
+
+demo: $(VENV)/.installed
+	$(BIN)/mission fly examples/search.toml --speed 20 --out runs/demo
+
+test: check
+	$(BIN)/python -m pytest -m "not slow and not sitl"
+
+test-slow: $(VENV)/.installed-dev
+	$(BIN)/python -m pytest -m "slow"
+
+check: $(VENV)/.installed-dev
+	$(BIN)/ruff format --check .
+	$(BIN)/ruff check .
+	$(BIN)/pyright
+	$(BIN)/lint-imports
+
+format: $(VENV)/.installed-dev
+	$(BIN)/ruff format .
+	$(BIN)/ruff check --fix .
+
+# Names and versions only, so that the file holds on every registry and platform.
+lock: $(VENV)/.installed-dev
+	$(BIN)/pip freeze --exclude-editable --exclude ergonaut | grep -v '@' | sort -f > requirements.lock
+
+$(VENV)/bin/python:
+	$(PYTHON) -c 'import sys; sys.exit("Python 3.11 or newer is needed, this is " + sys.version.split()[0] if sys.version_info < (3, 11) else 0)'
+	$(PYTHON) -m venv $(VENV)
+
+$(VENV)/.installed: $(VENV)/bin/python pyproject.toml requirements.lock
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --upgrade "pip>=25.1"
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint requirements.lock --editable .
+	touch $@
+
+$(VENV)/.installed-dev: $(VENV)/.installed
+	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint requirements.lock --group dev
+	touch $@
+
+clean:
+	rm -rf $(VENV) .pytest_cache .ruff_cache build dist
