@@ -1,0 +1,86 @@
+"""What the planner returns: a set of candidates, which of them were proven, and the one to fly."""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+
+import numpy as np
+
+from planner.diversity import Diversity
+from planner.gate import GateReport
+from planner.trajectory import Trajectory
+
+
+class Status(enum.Enum):
+    """How a solve ended; only the first two leave something to fly."""
+
+    CONVERGED = "converged"
+    STEP_LIMIT = "step limit reached"
+    INFEASIBLE = "no candidate passed the gate"
+    DIVERGED = "every candidate became non-finite"
+
+
+@dataclasses.dataclass(frozen=True)
+class Candidate:
+    """One path of the set.
+
+    Attributes:
+        trajectory: The curve, local ENU.
+        seed_pattern: What the candidate grew from ("lawnmower", "random", …).
+        cost: L of the likelihood exp(−λL), by which candidates are ranked.
+        ergodic_metric: The metric of the whole flight with this path.
+        report: What the gate measured and which limits are broken.
+    """
+
+    trajectory: Trajectory
+    seed_pattern: str
+    cost: float
+    ergodic_metric: float
+    report: GateReport
+
+    @property
+    def feasible(self) -> bool:
+        """Whether the gate passed it."""
+        return self.report.passed
+
+
+@dataclasses.dataclass(frozen=True)
+class Plan:
+    """A set of candidates.
+
+    Attributes:
+        status: How the solve ended.
+        candidates: In the order of the seeds.
+        selected: Index of the path to fly; None where no candidate passed the gate.
+        lawnmower_ergodic_metric: The baseline: the best lawnmower of the selected path's length over the same free space.
+        diversity: How different the candidates are.
+        steps: Optimisation steps taken.
+    """
+
+    status: Status
+    candidates: tuple[Candidate, ...]
+    selected: int | None
+    lawnmower_ergodic_metric: float
+    diversity: Diversity
+    steps: int
+
+    @property
+    def best(self) -> Candidate:
+        """The selected candidate.
+
+        Raises:
+            ValueError: No candidate passed the gate.
+        """
+        if self.selected is None:
+            raise ValueError(f"there is nothing to fly: {self.status.value}")
+        return self.candidates[self.selected]
+
+    def ranked(self) -> tuple[Candidate, ...]:
+        """The candidates that passed the gate, best first: what a flight switches to."""
+        passed = [candidate for candidate in self.candidates if candidate.feasible]
+        return tuple(sorted(passed, key=lambda candidate: candidate.cost))
+
+    def costs(self) -> np.ndarray:
+        """Cost of every candidate, +∞ where the gate refused it."""
+        return np.array([c.cost if c.feasible else np.inf for c in self.candidates])

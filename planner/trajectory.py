@@ -1,0 +1,197 @@
+"""Uniform cubic B-splines: the curve that is optimised, proven and streamed is one and the same.
+
+| symbol | identifier           | unit | shape               |
+|--------|----------------------|------|---------------------|
+| P_j    | `control_points_m`   | m    | control 3           |
+| h      | `knot_interval_s`    | s    |                     |
+| x(t)   | `Samples.position_m` | m    | time 3              |
+
+With segments j = 0 … n−4 and u = (t − t0)/h − j in [0, 1], the curve is the cubic blend of P_j … P_{j+3}. It is twice
+continuously differentiable; velocity lies in the hull of (P_{j+1} − P_j)/h, and acceleration is linear between the
+knots, where it equals (P_j − 2P_{j+1} + P_{j+2})/h². So limits on differences of control points are limits on the
+curve, and a curve can be joined to any position, velocity and acceleration (`control_points_at_start`).
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from jaxtyping import Float
+
+# Rows: powers of u; columns: the four control points of a segment.
+BLEND = (
+    np.array(
+        [
+            [1.0, 4.0, 1.0, 0.0],
+            [-3.0, 0.0, 3.0, 0.0],
+            [3.0, -6.0, 3.0, 0.0],
+            [-1.0, 3.0, -3.0, 1.0],
+        ]
+    )
+    / 6.0
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class Motion:
+    """Position, velocity and acceleration at one moment, local ENU.
+
+    Attributes:
+        position_m: Shape (3,), metres.
+        velocity_mps: Shape (3,), metres per second.
+        acceleration_mps2: Shape (3,), metres per second squared.
+    """
+
+    position_m: Float[np.ndarray, "3"]
+    velocity_mps: Float[np.ndarray, "3"]
+    acceleration_mps2: Float[np.ndarray, "3"]
+
+    @classmethod
+    def at_rest(cls, position_m: Float[np.ndarray, "3"]) -> Motion:
+        """Standing still at a position."""
+        return cls(np.asarray(position_m, dtype=float), np.zeros(3), np.zeros(3))
+
+
+@dataclasses.dataclass(frozen=True)
+class Samples:
+    """A curve at moments in time, local ENU.
+
+    Attributes:
+        time_s: Shape (time,).
+        position_m: Shape (time, 3).
+        velocity_mps: Shape (time, 3).
+        acceleration_mps2: Shape (time, 3).
+    """
+
+    time_s: Float[np.ndarray, "time"]
+    position_m: Float[np.ndarray, "time 3"]
+    velocity_mps: Float[np.ndarray, "time 3"]
+    acceleration_mps2: Float[np.ndarray, "time 3"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Trajectory:
+    """A uniform cubic B-spline in time, local ENU metres.
+
+    Attributes:
+        control_points_m: Shape (control, 3), at least four.
+        knot_interval_s: Time between knots, positive.
+        start_s: Time of the curve's first point.
+
+    Raises:
+        ValueError: Fewer than four control points, a number that is not finite, or a non-positive interval.
+    """
+
+    control_points_m: Float[np.ndarray, "control 3"]
+    knot_interval_s: float
+    start_s: float = 0.0
+
+    def __post_init__(self) -> None:
+        points = np.asarray(self.control_points_m, dtype=float)
+        if points.ndim != 2 or points.shape[0] < 4 or points.shape[1] != 3:
+            raise ValueError(f"a cubic spline needs control points of shape (4 or more, 3), got {points.shape}")
+        if not np.isfinite(points).all():
+            raise ValueError("control points must be finite: the solve diverged, do not fly this")
+        if not (np.isfinite(self.knot_interval_s) and self.knot_interval_s > 0.0):
+            raise ValueError(f"knot_interval_s must be positive, got {self.knot_interval_s}")
+        object.__setattr__(self, "control_points_m", points)
+
+    @property
+    def segments(self) -> int:
+        """How many cubic pieces the curve has."""
+        return self.control_points_m.shape[0] - 3
+
+    @property
+    def duration_s(self) -> float:
+        """Time from the first to the last point."""
+        return self.segments * self.knot_interval_s
+
+    @property
+    def end_s(self) -> float:
+        """Time of the curve's last point."""
+        return self.start_s + self.duration_s
+
+    def sample(self, time_s: Float[np.ndarray, "time"]) -> Samples:
+        """Position, velocity and acceleration at given times.
+
+        Args:
+            time_s: Shape (time,). Before the start and after the end the curve stands still at its end points.
+
+        Returns:
+            The samples, at the times asked for.
+        """
+        time = np.atleast_1d(np.asarray(time_s, dtype=float))
+        parameter = np.clip((time - self.start_s) / self.knot_interval_s, 0.0, self.segments)
+        segment = np.minimum(parameter.astype(int), self.segments - 1)
+        u = (parameter - segment)[:, None]
+        window = self.control_points_m[segment[:, None] + np.arange(4)]
+        coefficients = np.einsum("pc,tcd->ptd", BLEND, window)
+        inside = ((time >= self.start_s) & (time <= self.end_s))[:, None]
+        c0, c1, c2, c3 = coefficients
+        return Samples(
+            time_s=time,
+            position_m=c0 + u * (c1 + u * (c2 + u * c3)),
+            velocity_mps=np.where(inside, (c1 + u * (2.0 * c2 + 3.0 * u * c3)) / self.knot_interval_s, 0.0),
+            acceleration_mps2=np.where(inside, (2.0 * c2 + 6.0 * u * c3) / self.knot_interval_s**2, 0.0),
+        )
+
+    def motion_at(self, time_s: float) -> Motion:
+        """The state of motion at one moment, from which another curve can be continued."""
+        samples = self.sample(np.array([time_s]))
+        return Motion(samples.position_m[0], samples.velocity_mps[0], samples.acceleration_mps2[0])
+
+    def sampled_every(self, interval_s: float) -> Samples:
+        """The curve at a fixed rate from its first to exactly its last point."""
+        count = max(2, int(np.ceil(self.duration_s / interval_s - 1e-9)) + 1)
+        time = self.start_s + np.minimum(np.arange(count) * interval_s, self.duration_s)
+        return self.sample(time)
+
+    def slowed(self, factor: float) -> Trajectory:
+        """The same path flown `factor` times slower: speed falls by it, acceleration by its square."""
+        return dataclasses.replace(self, knot_interval_s=self.knot_interval_s * factor)
+
+
+def control_points_at_start(motion: Motion, knot_interval_s: float) -> Float[np.ndarray, "3 3"]:
+    """The first three control points of a curve that begins with a given motion.
+
+    Reversed (and with the velocity negated) they are the last three of a curve that ends with it.
+
+    Args:
+        motion: Position, velocity and acceleration at the first knot.
+        knot_interval_s: Time between knots.
+
+    Returns:
+        Shape (3, 3): P_0, P_1, P_2, metres.
+    """
+    middle = motion.position_m - motion.acceleration_mps2 * knot_interval_s**2 / 6.0
+    mean = 3.0 * motion.position_m - 2.0 * middle
+    step = knot_interval_s * motion.velocity_mps
+    return np.stack([mean - step, middle, mean + step])
+
+
+def interpolating(
+    points_m: Float[np.ndarray, "knot 3"], knot_interval_s: float, start: Motion, start_s: float = 0.0
+) -> Trajectory:
+    """The spline through points at its knots that starts with a given motion and ends at rest.
+
+    Args:
+        points_m: Shape (knot, 3), two or more; the first is replaced by the start's position.
+        knot_interval_s: Time between the points.
+        start: Motion at the first point; its acceleration is kept only where the spline can keep it.
+        start_s: Time of the first point.
+
+    Returns:
+        A trajectory of len(points) − 1 segments. The ends are clamped in velocity.
+    """
+    from scipy.interpolate import CubicSpline
+
+    points = np.array(points_m, dtype=float)
+    points[0] = start.position_m
+    times = np.arange(len(points)) * knot_interval_s
+    curve = CubicSpline(times, points, bc_type=((1, start.velocity_mps), (1, np.zeros(3))))
+    curvature = np.concatenate([curve(times, 2)])
+    inner = points - curvature * knot_interval_s**2 / 6.0
+    first = inner[1] - 2.0 * knot_interval_s * start.velocity_mps
+    last = inner[-2]
+    return Trajectory(np.vstack([first, inner, last]), knot_interval_s, start_s)
