@@ -7,6 +7,7 @@ origin, and seconds of the vehicle's own time.
 from __future__ import annotations
 
 import dataclasses
+import enum
 import math
 
 Vector = tuple[float, float, float]
@@ -47,7 +48,12 @@ class Setpoint:
     yaw_enu_rad: float
 
     def __post_init__(self) -> None:
-        numbers = (*self.position_enu_m, *self.velocity_enu_mps, *self.acceleration_enu_mps2, self.yaw_enu_rad)
+        numbers = (
+            *self.position_enu_m,
+            *self.velocity_enu_mps,
+            *self.acceleration_enu_mps2,
+            self.yaw_enu_rad,
+        )
         if not all(math.isfinite(number) for number in numbers):
             raise ValueError(f"a setpoint needs finite numbers, got {self}: plan again or hold the last one")
 
@@ -55,3 +61,97 @@ class Setpoint:
     def hold(cls, position_enu_m: Vector, yaw_enu_rad: float) -> Setpoint:
         """The setpoint that stays at a place: zero velocity and acceleration."""
         return cls(position_enu_m, (0.0, 0.0, 0.0), (0.0, 0.0, 0.0), yaw_enu_rad)
+
+
+class FlightMode(enum.Enum):
+    """What a vehicle is doing, in words both autopilots share (`sim_bridge.link_autopilot` maps their numbers)."""
+
+    EXTERNAL = "external"
+    """Follows our setpoints: OFFBOARD on PX4, GUIDED on ArduPilot."""
+    TAKEOFF = "takeoff"
+    HOLD = "hold"
+    MISSION = "mission"
+    RETURN = "return"
+    LAND = "land"
+    PILOT = "pilot"
+    """A mode that follows sticks: POSCTL, ALTCTL, STABILIZE, LOITER …"""
+    OTHER = "other"
+
+
+class LandedState(enum.Enum):
+    """Where a vehicle believes to be (MAV_LANDED_STATE)."""
+
+    UNKNOWN = 0
+    ON_GROUND = 1
+    IN_AIR = 2
+    TAKING_OFF = 3
+    LANDING = 4
+
+
+@dataclasses.dataclass(frozen=True)
+class VehicleState:
+    """Everything a vehicle told about itself, at one moment.
+
+    Attributes:
+        time_s: The vehicle's own clock (time since boot).
+        position_enu_m: Position relative to the mission's origin, metres.
+        velocity_enu_mps: Velocity, metres per second.
+        yaw_enu_rad: Heading, counter-clockwise from east, radians.
+        armed: Whether the motors are armed.
+        mode: What it is doing.
+        mode_name: The autopilot's own name of that mode.
+        landed: Where it believes to be.
+        battery_fraction: Charge left, 0 … 1; None: not told.
+        waiting_for: What keeps it from being ready to arm, in words; empty: ready.
+        failsafe: Whether the vehicle acts on a failsafe of its own.
+        home_enu_m: Where it would return to; None: not told yet.
+    """
+
+    time_s: float
+    position_enu_m: Vector
+    velocity_enu_mps: Vector
+    yaw_enu_rad: float
+    armed: bool
+    mode: FlightMode
+    mode_name: str
+    landed: LandedState
+    battery_fraction: float | None
+    waiting_for: tuple[str, ...]
+    failsafe: bool
+    home_enu_m: Vector | None
+
+    @property
+    def ready(self) -> bool:
+        """Whether arming will be accepted, as far as the vehicle tells."""
+        return not self.waiting_for
+
+    @property
+    def speed_mps(self) -> float:
+        """Norm of the velocity."""
+        return math.hypot(*self.velocity_enu_mps)
+
+
+@dataclasses.dataclass(frozen=True)
+class StatusText:
+    """A line of text from a vehicle.
+
+    Attributes:
+        severity: 0 emergency … 7 debug (MAV_SEVERITY).
+        text: The words, reassembled from their chunks.
+    """
+
+    severity: int
+    text: str
+
+
+@dataclasses.dataclass(frozen=True)
+class MissionProgress:
+    """How far a vehicle is in its uploaded mission.
+
+    Attributes:
+        reached: Index of the last item it reached; None: none yet.
+        current: Index of the item it flies to.
+    """
+
+    reached: int | None
+    current: int
