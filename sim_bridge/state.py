@@ -64,7 +64,7 @@ class Setpoint:
 
 
 class FlightMode(enum.Enum):
-    """What a vehicle is doing, in words both autopilots share (`sim_bridge.link_autopilot` maps their numbers)."""
+    """What a vehicle is doing, in words both autopilots share (`sim_bridge.link_autopilot` has their numbers)."""
 
     EXTERNAL = "external"
     """Follows our setpoints: OFFBOARD on PX4, GUIDED on ArduPilot."""

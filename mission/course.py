@@ -1,0 +1,274 @@
+"""What the vehicle is told to follow: proven curves one after another, and how fast time runs along them.
+
+Stopping never leaves the proven path: the rate r at which the curve's time s runs against the vehicle's time t
+falls from 1 to 0, so the vehicle brakes along the curve and stands on it; resuming runs the rate up again.
+
+| symbol | identifier       | unit | meaning                                        |
+|--------|------------------|------|------------------------------------------------|
+| t      | `now_s`          | s    | flight clock (the vehicle's time, continuous)  |
+| s      | `curve_s`        | s    | time along the curve                           |
+| r      | `rate`           | 1    | ds/dt; the velocity is r·x'(s)                 |
+| ṙ      | `rate_per_s`     | 1/s  | the acceleration is r²·x''(s) + ṙ·x'(s)        |
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from jaxtyping import Float
+
+from planner.trajectory import Motion, Trajectory
+from sim_bridge.state import Setpoint, Vector
+
+_HEADING_INTERVAL_S = 0.1
+_HEADING_SPEED_MPS = 0.2
+_SHORTEST_RAMP_S = 0.5
+# Braking shares the acceleration limit with the curve's own acceleration.
+_BRAKING_SHARE = 0.6
+
+
+@dataclasses.dataclass(frozen=True)
+class Pace:
+    """Curve time against vehicle time: a rate that changes along one linear ramp and then stays.
+
+    Attributes:
+        time_s: Vehicle time at which the ramp begins.
+        curve_s: Curve time at that moment.
+        rate: ds/dt at that moment.
+        target_rate: ds/dt after the ramp.
+        ramp_s: Length of the ramp in vehicle time; zero: the target holds at once.
+    """
+
+    time_s: float
+    curve_s: float
+    rate: float = 1.0
+    target_rate: float = 1.0
+    ramp_s: float = 0.0
+
+    def at(self, now_s: float) -> tuple[float, float, float]:
+        """Curve time, rate, and change of the rate per second."""
+        elapsed = max(0.0, now_s - self.time_s)
+        if elapsed < self.ramp_s:
+            slope = (self.target_rate - self.rate) / self.ramp_s
+            return (
+                self.curve_s + elapsed * (self.rate + 0.5 * slope * elapsed),
+                self.rate + slope * elapsed,
+                slope,
+            )
+        ramp_curve_s = 0.5 * (self.rate + self.target_rate) * self.ramp_s
+        return self.curve_s + ramp_curve_s + self.target_rate * (elapsed - self.ramp_s), self.target_rate, 0.0
+
+
+@dataclasses.dataclass(frozen=True)
+class Heading:
+    """Where the nose points along a curve, sampled.
+
+    Attributes:
+        start_s: Curve time of the first sample.
+        yaw_rad: Shape (time,), one each 0.1 s, unwrapped.
+    """
+
+    start_s: float
+    yaw_rad: Float[np.ndarray, "time"]
+
+    def at(self, curve_s: float) -> float:
+        """The heading at a curve time, counter-clockwise from east, radians."""
+        place = np.clip((curve_s - self.start_s) / _HEADING_INTERVAL_S, 0.0, len(self.yaw_rad) - 1.0)
+        return float(np.interp(place, np.arange(len(self.yaw_rad)), self.yaw_rad))
+
+
+def heading_along(trajectory: Trajectory, yaw_rad: float, max_yaw_rate_radps: float) -> Heading:
+    """The heading that looks where the vehicle goes, no faster than it can turn.
+
+    Args:
+        trajectory: The curve.
+        yaw_rad: Heading at the start.
+        max_yaw_rate_radps: Greatest rate of turn.
+
+    Returns:
+        The heading over the whole curve.
+    """
+    samples = trajectory.sampled_every(_HEADING_INTERVAL_S)
+    velocity = samples.velocity_mps
+    step = max_yaw_rate_radps * _HEADING_INTERVAL_S
+    yaw = np.empty(len(samples.time_s))
+    current = yaw_rad
+    for index, (east, north) in enumerate(velocity[:, :2]):
+        if np.hypot(east, north) > _HEADING_SPEED_MPS:
+            turn = (np.arctan2(north, east) - current + np.pi) % (2.0 * np.pi) - np.pi
+            current += float(np.clip(turn, -step, step)) if index else 0.0
+        yaw[index] = current
+    return Heading(trajectory.start_s, yaw)
+
+
+@dataclasses.dataclass(frozen=True)
+class Leg:
+    """One proven curve and the heading along it."""
+
+    trajectory: Trajectory
+    heading: Heading
+
+
+@dataclasses.dataclass(frozen=True)
+class CoursePoint:
+    """Where the course is at one moment.
+
+    Attributes:
+        curve_s: Time along the curve.
+        rate: How fast that time runs.
+        motion: Position, velocity and acceleration in vehicle time.
+        yaw_rad: Heading.
+    """
+
+    curve_s: float
+    rate: float
+    motion: Motion
+    yaw_rad: float
+
+    def setpoint(self) -> Setpoint:
+        """What is streamed."""
+        return Setpoint(
+            vector(self.motion.position_m),
+            vector(self.motion.velocity_mps),
+            vector(self.motion.acceleration_mps2),
+            self.yaw_rad,
+        )
+
+
+@dataclasses.dataclass(frozen=True)
+class Course:
+    """Proven curves on one axis of curve time, and the pace along them.
+
+    Attributes:
+        legs: In order; a leg holds from its trajectory's start until the next one's.
+        pace: How curve time runs.
+        max_acceleration_mps2: What braking may use.
+        max_yaw_rate_radps: How fast the nose may turn.
+    """
+
+    legs: tuple[Leg, ...]
+    pace: Pace
+    max_acceleration_mps2: float
+    max_yaw_rate_radps: float
+
+    @classmethod
+    def begin(
+        cls,
+        trajectory: Trajectory,
+        now_s: float,
+        yaw_rad: float,
+        max_acceleration_mps2: float,
+        max_yaw_rate_radps: float,
+    ) -> Course:
+        """Start a curve now, with the nose where it is."""
+        leg = Leg(trajectory, heading_along(trajectory, yaw_rad, max_yaw_rate_radps))
+        return cls((leg,), Pace(now_s, trajectory.start_s), max_acceleration_mps2, max_yaw_rate_radps)
+
+    @classmethod
+    def standing(cls, position_m: Vector, now_s: float, yaw_rad: float) -> Course:
+        """Stand at a place."""
+        trajectory = Trajectory(np.tile(np.asarray(position_m, dtype=float), (4, 1)), 1.0, 0.0)
+        return cls(
+            (Leg(trajectory, Heading(0.0, np.array([yaw_rad]))),), Pace(now_s, 0.0, 0.0, 0.0), 1.0, 1.0
+        )
+
+    @property
+    def end_s(self) -> float:
+        """Curve time of the last point."""
+        return self.legs[-1].trajectory.end_s
+
+    @property
+    def trajectory(self) -> Trajectory:
+        """The curve flown last."""
+        return self.legs[-1].trajectory
+
+    def leg_at(self, curve_s: float) -> Leg:
+        """The leg that holds at a curve time."""
+        for leg in reversed(self.legs):
+            if curve_s >= leg.trajectory.start_s:
+                return leg
+        return self.legs[0]
+
+    def motion_at(self, curve_s: float) -> Motion:
+        """The motion at full pace at a curve time: what a replan continues from."""
+        return self.leg_at(curve_s).trajectory.motion_at(curve_s)
+
+    def at(self, now_s: float) -> CoursePoint:
+        """Where the course is at a moment of the flight clock."""
+        curve_s, rate, rate_per_s = self.pace.at(now_s)
+        leg = self.leg_at(curve_s)
+        motion = leg.trajectory.motion_at(curve_s)
+        velocity = motion.velocity_mps
+        return CoursePoint(
+            curve_s,
+            rate,
+            Motion(
+                motion.position_m, rate * velocity, rate**2 * motion.acceleration_mps2 + rate_per_s * velocity
+            ),
+            leg.heading.at(curve_s),
+        )
+
+    def finished(self, now_s: float) -> bool:
+        """Whether the last curve has come to its end."""
+        return self.pace.at(now_s)[0] >= self.end_s
+
+    def stands(self, now_s: float) -> bool:
+        """Whether the course has come to a standstill, at the end or on the way."""
+        curve_s, rate, _ = self.pace.at(now_s)
+        return rate == 0.0 or curve_s >= self.end_s
+
+    def braking(self, now_s: float) -> Course:
+        """The course that comes to a standstill along the curve."""
+        return self._paced(now_s, 0.0)
+
+    def resuming(self, now_s: float) -> Course:
+        """The course that takes up its full pace again."""
+        return self._paced(now_s, 1.0)
+
+    def _paced(self, now_s: float, target_rate: float) -> Course:
+        curve_s, rate, _ = self.pace.at(now_s)
+        speed = float(np.linalg.norm(self.motion_at(curve_s).velocity_mps))
+        change = abs(target_rate - rate)
+        ramp = (
+            max(_SHORTEST_RAMP_S, change * speed / (_BRAKING_SHARE * self.max_acceleration_mps2))
+            if change
+            else 0.0
+        )
+        return dataclasses.replace(self, pace=Pace(now_s, curve_s, rate, target_rate, ramp))
+
+    def stop_position(self) -> Vector:
+        """Where the course ends up: the standstill it brakes to, or the end of its last curve."""
+        pace = self.pace
+        if pace.target_rate > 0.0:
+            return vector(self.motion_at(self.end_s).position_m)
+        return vector(self.motion_at(pace.at(pace.time_s + pace.ramp_s)[0]).position_m)
+
+    def continued(self, trajectory: Trajectory) -> Course:
+        """The course that leaves its last curve for another at that one's start.
+
+        Raises:
+            ValueError: The curves do not meet there in position, velocity and acceleration.
+        """
+        switch_s = trajectory.start_s
+        old, new = self.motion_at(switch_s), trajectory.motion_at(switch_s)
+        gaps = (
+            np.abs(old.position_m - new.position_m).max(),
+            np.abs(old.velocity_mps - new.velocity_mps).max(),
+            np.abs(old.acceleration_mps2 - new.acceleration_mps2).max(),
+        )
+        if max(gaps) > 1e-3:
+            raise ValueError(
+                f"the new curve does not continue the old one at {switch_s:.2f} s: gaps of {gaps[0]:.4f} m, "
+                f"{gaps[1]:.4f} m/s, {gaps[2]:.4f} m/s²; it needs the motion the old curve has there"
+            )
+        before = tuple(leg for leg in self.legs if leg.trajectory.start_s < switch_s)
+        yaw = self.leg_at(switch_s).heading.at(switch_s)
+        leg = Leg(trajectory, heading_along(trajectory, yaw, self.max_yaw_rate_radps))
+        # Two legs are all that is ever flown: the current one and the one that follows it.
+        return dataclasses.replace(self, legs=(*before[-2:], leg))
+
+
+def vector(point: Float[np.ndarray, "3"]) -> Vector:
+    """Three floats of an array."""
+    return float(point[0]), float(point[1]), float(point[2])
