@@ -32,8 +32,7 @@ class Workspace:
         object.__setattr__(self, "box_max_m", high)
         if low.shape != (3,) or high.shape != (3,) or not np.isfinite([low, high]).all() or (high <= low).any():
             raise ValueError(
-                f"a box needs two finite corners with min < max on all three axes, got {low.tolist()} … "
-                f"{high.tolist()}"
+                f"a box needs two finite corners with min < max on all three axes, got {low.tolist()} … {high.tolist()}"
             )
 
     @property
@@ -52,6 +51,4 @@ class Workspace:
     def contains(self, position_m: Float[np.ndarray, "3"], tolerance_m: float = 1e-6) -> bool:
         """Whether a point lies in the box."""
         point = np.asarray(position_m)
-        return bool(
-            ((point >= self.box_min_m - tolerance_m) & (point <= self.box_max_m + tolerance_m)).all()
-        )
+        return bool(((point >= self.box_min_m - tolerance_m) & (point <= self.box_max_m + tolerance_m)).all())
