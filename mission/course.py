@@ -1,7 +1,7 @@
 """What the vehicle is told to follow: proven curves one after another, and how fast time runs along them.
 
-Stopping never leaves the proven path: the rate r at which the curve's time s runs against the vehicle's time t
-falls from 1 to 0, so the vehicle brakes along the curve and stands on it; resuming runs the rate up again.
+Stopping never leaves the proven path: the rate r at which the curve's time s runs against the vehicle's time
+t falls from 1 to 0, so the vehicle brakes along the curve and stands on it; resuming runs the rate up again.
 
 | symbol | identifier       | unit | meaning                                        |
 |--------|------------------|------|------------------------------------------------|
@@ -14,15 +14,16 @@ falls from 1 to 0, so the vehicle brakes along the curve and stands on it; resum
 from __future__ import annotations
 
 import dataclasses
+import math
 
 import numpy as np
 from jaxtyping import Float
 
 from planner.trajectory import Motion, Trajectory
+from planner.yaw import headings
 from sim_bridge.state import Setpoint, Vector
 
 _HEADING_INTERVAL_S = 0.1
-_HEADING_SPEED_MPS = 0.2
 _SHORTEST_RAMP_S = 0.5
 # Braking shares the acceleration limit with the curve's own acceleration.
 _BRAKING_SHARE = 0.6
@@ -78,28 +79,25 @@ class Heading:
         return float(np.interp(place, np.arange(len(self.yaw_rad)), self.yaw_rad))
 
 
-def heading_along(trajectory: Trajectory, yaw_rad: float, max_yaw_rate_radps: float) -> Heading:
+def heading_along(
+    trajectory: Trajectory, yaw_rad: float, max_yaw_rate_radps: float, from_s: float | None = None
+) -> Heading:
     """The heading that looks where the vehicle goes, no faster than it can turn.
 
     Args:
         trajectory: The curve.
-        yaw_rad: Heading at the start.
+        yaw_rad: Heading at the beginning.
         max_yaw_rate_radps: Greatest rate of turn.
+        from_s: Curve time of the beginning; None: the curve's start.
 
     Returns:
-        The heading over the whole curve.
+        The heading over the curve.
     """
-    samples = trajectory.sampled_every(_HEADING_INTERVAL_S)
-    velocity = samples.velocity_mps
-    step = max_yaw_rate_radps * _HEADING_INTERVAL_S
-    yaw = np.empty(len(samples.time_s))
-    current = yaw_rad
-    for index, (east, north) in enumerate(velocity[:, :2]):
-        if np.hypot(east, north) > _HEADING_SPEED_MPS:
-            turn = (np.arctan2(north, east) - current + np.pi) % (2.0 * np.pi) - np.pi
-            current += float(np.clip(turn, -step, step)) if index else 0.0
-        yaw[index] = current
-    return Heading(trajectory.start_s, yaw)
+    first_s = trajectory.start_s if from_s is None else from_s
+    count = max(2, math.ceil((trajectory.end_s - first_s) / _HEADING_INTERVAL_S) + 1)
+    time_s = first_s + np.arange(count) * _HEADING_INTERVAL_S
+    velocity = trajectory.sample(time_s).velocity_mps
+    return Heading(first_s, headings(time_s, velocity, max_yaw_rate_radps, start_yaw_rad=yaw_rad))
 
 
 @dataclasses.dataclass(frozen=True)
@@ -160,18 +158,31 @@ class Course:
         yaw_rad: float,
         max_acceleration_mps2: float,
         max_yaw_rate_radps: float,
+        from_s: float | None = None,
     ) -> Course:
-        """Start a curve now, with the nose where it is."""
-        leg = Leg(trajectory, heading_along(trajectory, yaw_rad, max_yaw_rate_radps))
-        return cls((leg,), Pace(now_s, trajectory.start_s), max_acceleration_mps2, max_yaw_rate_radps)
+        """Start a curve now, from rest, with the nose where it is.
+
+        Args:
+            trajectory: The curve.
+            now_s: Flight clock.
+            yaw_rad: Heading now.
+            max_acceleration_mps2: What braking may use.
+            max_yaw_rate_radps: How fast the nose may turn.
+            from_s: Curve time to begin at; None: the curve's start.
+        """
+        first_s = trajectory.start_s if from_s is None else from_s
+        leg = Leg(trajectory, heading_along(trajectory, yaw_rad, max_yaw_rate_radps, first_s))
+        course = cls((leg,), Pace(now_s, first_s, 0.0, 0.0), max_acceleration_mps2, max_yaw_rate_radps)
+        if np.linalg.norm(trajectory.motion_at(first_s).velocity_mps) < 1e-3:
+            # At rest already: the curve's own start is smooth.
+            return dataclasses.replace(course, pace=Pace(now_s, first_s))
+        return course.resuming(now_s)
 
     @classmethod
     def standing(cls, position_m: Vector, now_s: float, yaw_rad: float) -> Course:
         """Stand at a place."""
         trajectory = Trajectory(np.tile(np.asarray(position_m, dtype=float), (4, 1)), 1.0, 0.0)
-        return cls(
-            (Leg(trajectory, Heading(0.0, np.array([yaw_rad]))),), Pace(now_s, 0.0, 0.0, 0.0), 1.0, 1.0
-        )
+        return cls((Leg(trajectory, Heading(0.0, np.array([yaw_rad]))),), Pace(now_s, 0.0, 0.0, 0.0), 1.0, 1.0)
 
     @property
     def end_s(self) -> float:
@@ -203,9 +214,7 @@ class Course:
         return CoursePoint(
             curve_s,
             rate,
-            Motion(
-                motion.position_m, rate * velocity, rate**2 * motion.acceleration_mps2 + rate_per_s * velocity
-            ),
+            Motion(motion.position_m, rate * velocity, rate**2 * motion.acceleration_mps2 + rate_per_s * velocity),
             leg.heading.at(curve_s),
         )
 
@@ -230,19 +239,19 @@ class Course:
         curve_s, rate, _ = self.pace.at(now_s)
         speed = float(np.linalg.norm(self.motion_at(curve_s).velocity_mps))
         change = abs(target_rate - rate)
-        ramp = (
-            max(_SHORTEST_RAMP_S, change * speed / (_BRAKING_SHARE * self.max_acceleration_mps2))
-            if change
-            else 0.0
-        )
+        ramp = max(_SHORTEST_RAMP_S, change * speed / (_BRAKING_SHARE * self.max_acceleration_mps2)) if change else 0.0
         return dataclasses.replace(self, pace=Pace(now_s, curve_s, rate, target_rate, ramp))
 
-    def stop_position(self) -> Vector:
-        """Where the course ends up: the standstill it brakes to, or the end of its last curve."""
+    def stop_s(self) -> float:
+        """Curve time of the standstill: where braking ends, or the end of the last curve."""
         pace = self.pace
         if pace.target_rate > 0.0:
-            return vector(self.motion_at(self.end_s).position_m)
-        return vector(self.motion_at(pace.at(pace.time_s + pace.ramp_s)[0]).position_m)
+            return self.end_s
+        return min(pace.at(pace.time_s + pace.ramp_s)[0], self.end_s)
+
+    def stop_position(self) -> Vector:
+        """Where the course comes to a standstill."""
+        return vector(self.motion_at(self.stop_s()).position_m)
 
     def continued(self, trajectory: Trajectory) -> Course:
         """The course that leaves its last curve for another at that one's start.

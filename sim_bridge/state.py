@@ -64,7 +64,7 @@ class Setpoint:
 
 
 class FlightMode(enum.Enum):
-    """What a vehicle is doing, in words both autopilots share (`sim_bridge.link_autopilot` has their numbers)."""
+    """What a vehicle is doing, in words both autopilots share (numbers: `sim_bridge.link_autopilot`)."""
 
     EXTERNAL = "external"
     """Follows our setpoints: OFFBOARD on PX4, GUIDED on ArduPilot."""
@@ -155,3 +155,31 @@ class MissionProgress:
 
     reached: int | None
     current: int
+
+
+class Command(enum.Enum):
+    """What a vehicle can be told to do."""
+
+    ARM = "arm"
+    TAKE_OFF = "take off"
+    FOLLOW_SETPOINTS = "follow setpoints"
+    HOLD = "hold"
+    RETURN = "return"
+    LAND = "land"
+    START_MISSION = "start the mission"
+    DISARM = "disarm"
+
+
+@dataclasses.dataclass(frozen=True)
+class CommandDone:
+    """How a command ended.
+
+    Attributes:
+        command: What was asked for.
+        accepted: Whether the vehicle took it.
+        reason: Why not, with the vehicle's own words where it said any; empty where it was accepted.
+    """
+
+    command: Command
+    accepted: bool
+    reason: str = ""
