@@ -1,0 +1,113 @@
+"""How different the candidates of a set are.
+
+| symbol  | identifier               | unit | shape             |
+|---------|--------------------------|------|-------------------|
+| d_ij    | `rms_distances()`        | unit | particle particle |
+| F_ij    | `frechet_distances()`    | unit | particle particle |
+| h       | `BANDWIDTH_UNIT2`        | unit²|                   |
+| K, K_F  | exp(−d²/h), exp(−F²/h)   | 1    | particle particle |
+
+All distances are taken in the unit cube. d compares two paths moment by moment, F (the discrete Fréchet distance) place
+by place in order of travel, so that the same route at another pace counts as the same plan. The bandwidth is fixed, or
+sets could not be compared with each other.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+from jaxtyping import Float
+
+BANDWIDTH_UNIT2 = 0.1
+"""h of every kernel here: at a distance of 0.32 of the cube's edge two paths are alike to 1/e."""
+
+MOST_FRECHET_SAMPLES = 128
+"""Paths are thinned to this many samples for the Fréchet distance, whose cost is quadratic in them."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Diversity:
+    """How different the paths of a set are; a set of one has none (zeros, and one distinct plan).
+
+    Attributes:
+        determinant: det K, 0 (two paths coincide) … 1 (all far apart); SVES fig. 3. Saturates at either end.
+        mean_pair_distance: Mean over the pairs of the root mean square over time of their distance, unit cube.
+        frechet: −log(1 − det K_F), 0 … 36: what of det K_F the saturation at one hides.
+        effective_plans: exp(−Σ λ_i log λ_i) over the eigenvalues λ_i of K_F/N, 1 … N: how many wholly different plans
+            the set is worth (the Vendi score of Friedman & Dieng, 2023).
+    """
+
+    determinant: float
+    mean_pair_distance: float
+    frechet: float
+    effective_plans: float
+
+
+def diversity(paths_unit: Float[np.ndarray, "particle time 3"]) -> Diversity:
+    """Measure a set of paths.
+
+    Args:
+        paths_unit: Shape (particle, time, 3): the paths at the same moments, unit cube.
+
+    Returns:
+        The measures; all finite.
+
+    Raises:
+        ValueError: Not an array of paths, or one that is not finite.
+    """
+    paths = np.asarray(paths_unit, dtype=float)
+    if paths.ndim != 3 or 0 in paths.shape:
+        raise ValueError(f"diversity needs paths of shape (particle, time, 3), got {paths.shape}")
+    if not np.isfinite(paths).all():
+        raise ValueError("diversity needs finite paths: leave out the candidates that diverged")
+    count = len(paths)
+    if count == 1:
+        return Diversity(determinant=0.0, mean_pair_distance=0.0, frechet=0.0, effective_plans=1.0)
+    distances = rms_distances(paths)
+    in_time = _eigenvalues(distances)
+    in_place = _eigenvalues(frechet_distances(paths))
+    # 1 − det without the cancellation near one; det = 1 to the last digit gives −log ε.
+    missing = -np.expm1(np.log(in_place).sum()) if (in_place > 0.0).all() else 1.0
+    share = in_place[in_place > 0.0] / in_place.sum()
+    return Diversity(
+        determinant=float(in_time.prod()),
+        mean_pair_distance=float(distances.sum() / (count * (count - 1))),
+        frechet=float(max(0.0, -np.log(max(missing, np.finfo(float).eps)))),
+        effective_plans=float(np.exp(-(share * np.log(share)).sum())),
+    )
+
+
+def rms_distances(paths_unit: Float[np.ndarray, "particle time 3"]) -> Float[np.ndarray, "particle particle"]:
+    """Root mean square over time of the distance of every two paths."""
+    return np.stack([np.sqrt(np.mean(np.sum((paths_unit - path) ** 2, axis=-1), axis=-1)) for path in paths_unit])
+
+
+def frechet_distances(paths_unit: Float[np.ndarray, "particle time 3"]) -> Float[np.ndarray, "particle particle"]:
+    """Discrete Fréchet distance of every two paths (Eiter & Mannila, 1994), by anti-diagonals for all pairs at once."""
+    samples = min(paths_unit.shape[1], MOST_FRECHET_SAMPLES)
+    thinned = paths_unit[:, np.round(np.linspace(0, paths_unit.shape[1] - 1, samples)).astype(int)]
+    count = len(paths_unit)
+    first, second = np.triu_indices(count, k=1)
+    one, other = thinned[first], thinned[second]
+    # Diagonal s holds the cells (i, s − i); a border of infinities stands for what lies outside the table.
+    before_last = np.full((len(first), samples + 1), np.inf)
+    last = before_last.copy()
+    for diagonal in range(2 * samples - 1):
+        rows = np.arange(max(0, diagonal - samples + 1), min(diagonal, samples - 1) + 1)
+        gap = np.sqrt(np.sum((one[:, rows] - other[:, diagonal - rows]) ** 2, axis=-1))
+        current = np.full_like(last, np.inf)
+        if diagonal == 0:
+            current[:, 1] = gap[:, 0]
+        else:
+            reached = np.minimum(np.minimum(last[:, rows], last[:, rows + 1]), before_last[:, rows])
+            current[:, rows + 1] = np.maximum(gap, reached)
+        before_last, last = last, current
+    distances = np.zeros((count, count))
+    distances[first, second] = distances[second, first] = last[:, samples]
+    return distances
+
+
+def _eigenvalues(distances: Float[np.ndarray, "particle particle"]) -> Float[np.ndarray, "particle"]:
+    """Eigenvalues of exp(−d²/h), at least zero: on the Fréchet distance the kernel need not be positive definite."""
+    return np.maximum(np.linalg.eigvalsh(np.exp(-(distances**2) / BANDWIDTH_UNIT2)), 0.0)
