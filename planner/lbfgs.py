@@ -18,7 +18,6 @@ SUFFICIENT_DECREASE = 1e-4
 SHORTEST_STEP = 1e-5
 MEMORY = 10
 
-Precondition = Callable[[Float[Array, "size"]], Float[Array, "size"]]
 ValueAndGradient = Callable[[Float[Array, "size"]], tuple[Float[Array, ""], Float[Array, "size"]]]
 
 
@@ -90,7 +89,6 @@ def step(objective: ValueAndGradient, state: State, precondition: Precondition |
     Args:
         objective: Value and gradient.
         state: Where the iteration stands.
-        precondition: An approximate inverse Hessian to start the two-loop recursion from; None: the identity.
     """
     trial = state.position + state.step_length * state.direction
     value, gradient = objective(trial)
@@ -113,7 +111,7 @@ def step(objective: ValueAndGradient, state: State, precondition: Precondition |
     exhausted = ~accepted & (state.step_length < SHORTEST_STEP)
     curvature = jnp.where(exhausted, 0.0, curvature)
     current = jnp.where(accepted, gradient, state.gradient)
-    fresh = -_two_loop(current, changes, gradient_changes, curvature, precondition)
+    fresh = -_two_loop(current, changes, gradient_changes, curvature)
     # An empty memory has no scale of its own: keep the length of the last direction, shortened.
     remembered = jnp.any(curvature > 0.0)
     lost_scale = jnp.linalg.norm(state.direction) * jnp.where(exhausted, 0.01, 1.0)
@@ -148,7 +146,6 @@ def _two_loop(
     changes: Float[Array, "memory size"],
     gradient_changes: Float[Array, "memory size"],
     curvature: Float[Array, "memory"],
-    precondition: Precondition | None,
 ) -> Float[Array, "size"]:
     """H·g of the remembered inverse Hessian; empty rows have zero curvature and drop out."""
 
@@ -159,11 +156,9 @@ def _two_loop(
 
     rows = (changes, gradient_changes, curvature)
     vector, weights = jax.lax.scan(backward, gradient, rows, reverse=True, unroll=MEMORY)
-    newest = gradient_changes[-1]
-    base = precondition(newest) if precondition is not None else newest
-    denominator = curvature[-1] * jnp.dot(newest, base)
-    vector = precondition(vector) if precondition is not None else vector
-    vector = vector * jnp.where(denominator > 0.0, 1.0 / jnp.where(denominator > 0.0, denominator, 1.0), 1.0)
+    # γ = s·y / y·y of the newest pair scales the identity that the recursion starts from.
+    size = curvature[-1] * jnp.dot(gradient_changes[-1], gradient_changes[-1])
+    vector = vector * jnp.where(size > 0.0, 1.0 / jnp.where(size > 0.0, size, 1.0), 1.0)
 
     def forward(vector: Array, row: tuple[tuple[Array, Array, Array], Array]) -> tuple[Array, None]:
         (change, gradient_change, inverse), weight = row

@@ -1,0 +1,146 @@
+"""Each candidate on its own, under hard constraints, by multipliers.
+
+minimise E(z)/E_ref + w·smoothness(z) subject to g(z) ≤ 0, as a sequence of unconstrained problems
+E/E_ref + w·smoothness + Σ_i [max(0, μ_i + ρ g_i)² − μ_i²]/(2ρ), after each of which μ_i ← max(0, μ_i + ρ g_i)
+(Nocedal & Wright, alg. 17.4, with the inequality form of Rockafellar).
+
+The acceleration limit makes this stiff: it is a second difference, so its curvature grows with the fourth power of the
+number of knots. Each round therefore works in coordinates y with z = z₀ + C·(s ∘ y), C the cosine basis over time and s
+the inverse root of the curvature that speed and acceleration limits give each frequency: a constant matrix kernel, by which
+the metric reached with the same number of steps is two to five times lower (benchmarks/README.md).
+
+E falls by orders of magnitude on the way. E_ref follows it, so the balance with the constraints stays the same in every
+round, and the multipliers are rescaled with it.
+"""
+
+from __future__ import annotations
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+import scipy.fft
+from jaxtyping import Array, Float
+
+from planner import lbfgs
+from planner.scene import Scene
+
+# Curvature of E/E_ref over all knots, and the share of the limits taken to be active: the balance in s.
+METRIC_CURVATURE = 100.0
+ACTIVE_SHARE = 0.1
+SMALLEST_METRIC = 1e-7
+LARGEST_RESCALE = 3.0
+FIRST_STEP_UNIT = 0.05
+
+
+class State(eqx.Module):
+    """One candidate between rounds.
+
+    Attributes:
+        free: Its free control points, unit cube.
+        multipliers: μ_i.
+        reference: E_ref.
+    """
+
+    free: Float[Array, "free 3"]
+    multipliers: Float[Array, "constraint"]
+    reference: Float[Array, ""]
+
+
+class Info(eqx.Module):
+    """How a round ended.
+
+    Attributes:
+        ergodic_metric: E.
+        worst_constraint: Largest g_i; above zero a constraint is broken.
+        accepted_share: Share of the steps that moved.
+    """
+
+    ergodic_metric: Float[Array, ""]
+    worst_constraint: Float[Array, ""]
+    accepted_share: Float[Array, ""]
+
+
+def init(scene: Scene, free: Float[Array, "free 3"]) -> State:
+    """Start from a candidate's free control points."""
+    control = scene.control_points(free)
+    positions = scene.positions(control)
+    count = jax.eval_shape(scene.constraints, control, positions).shape[0]
+    reference = jnp.maximum(scene.ergodic_metric(positions), SMALLEST_METRIC)
+    return State(free, jnp.zeros(count, free.dtype), reference)
+
+
+def penalised(
+    scene: Scene, free: Float[Array, "free 3"], reference: Float[Array, ""], penalty: float
+) -> Float[Array, ""]:
+    """The objective with soft penalties alone (no multipliers): what the Stein phase descends."""
+    control = scene.control_points(free)
+    positions = scene.positions(control)
+    broken = jnp.maximum(0.0, scene.constraints(control, positions))
+    return scene.ergodic_metric(positions) / reference + 0.5 * penalty * jnp.sum(broken**2)
+
+
+def step(
+    scene: Scene, state: State, penalty: Float[Array, ""], smoothness_weight: float, inner_steps: int
+) -> tuple[State, Info]:
+    """One round: minimise, then update the multipliers.
+
+    Args:
+        scene: What the candidate is measured against.
+        state: The candidate.
+        penalty: ρ of this round.
+        smoothness_weight: w.
+        inner_steps: Evaluations spent on the round's minimisation.
+    """
+    shape = state.free.shape
+    cosines = jnp.asarray(cosine_basis(shape[0]))
+    scale = frequency_scale(scene, shape[0], penalty)
+
+    def free_of(flat: Float[Array, "size"]) -> Float[Array, "free 3"]:
+        return state.free + cosines @ (scale * flat.reshape(shape))
+
+    def objective(flat: Float[Array, "size"]) -> Float[Array, ""]:
+        control = scene.control_points(free_of(flat))
+        positions = scene.positions(control)
+        pushed = jnp.maximum(0.0, state.multipliers + penalty * scene.constraints(control, positions))
+        return (
+            scene.ergodic_metric(positions) / state.reference
+            + smoothness_weight * scene.smoothness(control)
+            + jnp.sum(pushed**2 - state.multipliers**2) / (2.0 * penalty)
+        )
+
+    value_and_gradient = jax.value_and_grad(objective)
+    inner = lbfgs.init(value_and_gradient, jnp.zeros(state.free.size, state.free.dtype), FIRST_STEP_UNIT)
+
+    def body(inner: lbfgs.State, _: None) -> tuple[lbfgs.State, Array]:
+        inner, info = lbfgs.step(value_and_gradient, inner)
+        return inner, info.accepted
+
+    inner, accepted = jax.lax.scan(body, inner, None, length=inner_steps)
+    free = free_of(inner.position)
+    control = scene.control_points(free)
+    positions = scene.positions(control)
+    broken = scene.constraints(control, positions)
+    metric = scene.ergodic_metric(positions)
+    reference = jnp.clip(
+        jnp.maximum(metric, SMALLEST_METRIC),
+        state.reference / LARGEST_RESCALE,
+        state.reference * LARGEST_RESCALE,
+    )
+    multipliers = jnp.maximum(0.0, state.multipliers + penalty * broken) * (state.reference / reference)
+    return State(free, multipliers, reference), Info(metric, jnp.max(broken), jnp.mean(accepted))
+
+
+def cosine_basis(count: int) -> Float[np.ndarray, "free frequency"]:
+    """The orthonormal cosine basis over time (DCT-II), a column a frequency."""
+    return np.asarray(scipy.fft.idct(np.eye(count), norm="ortho", axis=0), np.float32)
+
+
+def frequency_scale(scene: Scene, count: int, penalty: Float[Array, ""]) -> Float[Array, "frequency 3"]:
+    """s: how far a unit of each coordinate moves the path, by frequency and axis."""
+    difference = 2.0 * np.sin(0.5 * np.pi * np.arange(count) / count)[:, None]
+    slowest = jnp.minimum(scene.max_speed_mps, jnp.minimum(scene.max_climb_mps, scene.max_descent_mps))
+    speed = jnp.stack([scene.max_speed_mps, scene.max_speed_mps, slowest])
+    first = 2.0 * difference * scene.lengths_m / (speed * scene.knot_interval_s)
+    second = 2.0 * difference**2 * scene.lengths_m / (scene.max_acceleration_mps2 * scene.knot_interval_s**2)
+    return (METRIC_CURVATURE / count + penalty * ACTIVE_SHARE * (first**2 + second**2)) ** -0.5

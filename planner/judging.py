@@ -1,0 +1,73 @@
+"""From a curve to a candidate: measured in double precision, shown to the gate."""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+from planner import gate
+from planner.plan import Candidate
+from planner.problem import Covered, Options, Problem
+from planner.spectral_metric import mean_basis, mode_weights
+from planner.trajectory import Samples, Trajectory
+
+# Samples on each segment when a metric is reported.
+REPORT_SAMPLES = 4
+# In the cost, what a whole flight at the acceleration limit adds, as a share of the metric of a path that stands still in
+# the worst place: enough to choose between equal coverages, not enough to give any up.
+SMOOTHNESS_WEIGHT = 1e-6
+
+
+class Judge:
+    """Measures curves for one problem: target, weights and memory are made once."""
+
+    def __init__(self, problem: Problem, options: Options) -> None:
+        self._problem = problem
+        self._modes = options.modes
+        self._target = problem.information.coefficients(options.modes)
+        self._weights = mode_weights(options.modes, options.metric_weights)
+
+    def ergodic_metric(self, position_m: Float[np.ndarray, "time 3"], duration_s: float | None = None) -> float:
+        """E of equally long moments on a path, with what was covered before.
+
+        Args:
+            position_m: Shape (time, 3), metres.
+            duration_s: Time the path stands for; None: the problem's duration.
+        """
+        problem = self._problem
+        unit = problem.workspace.unit_from_enu(position_m)
+        mean = mean_basis(unit, np.full(len(unit), 1.0 / len(unit)), self._modes)
+        covered: Covered | None = problem.covered
+        if covered is not None:
+            time_s = problem.duration_s if duration_s is None else duration_s
+            share = covered.duration_s / (covered.duration_s + time_s)
+            mean = share * covered.mean_basis + (1.0 - share) * mean
+        return float(np.sum(self._weights * (mean - self._target) ** 2))
+
+    def candidate(self, trajectory: Trajectory, seed_pattern: str) -> Candidate:
+        """The curve with its metric, its cost and the gate's report."""
+        samples = at_middles(trajectory)
+        metric = self.ergodic_metric(samples.position_m)
+        effort = float(
+            np.mean(np.sum(samples.acceleration_mps2**2, axis=1)) / self._problem.limits.max_acceleration_mps2**2
+        )
+        return Candidate(
+            trajectory=trajectory,
+            seed_pattern=seed_pattern,
+            cost=metric + SMOOTHNESS_WEIGHT * effort,
+            ergodic_metric=metric,
+            report=gate.inspect(trajectory, self._problem),
+        )
+
+
+def at_middles(trajectory: Trajectory) -> Samples:
+    """A curve at the middles of equal pieces, each standing for the same time."""
+    count = trajectory.segments * REPORT_SAMPLES
+    return trajectory.sample(trajectory.start_s + (np.arange(count) + 0.5) * trajectory.duration_s / count)
+
+
+def better(first: Candidate, second: Candidate) -> Candidate:
+    """Whichever of two versions of a candidate to keep: proven before refused, then the lower cost."""
+    if first.feasible != second.feasible:
+        return first if first.feasible else second
+    return second if second.cost < first.cost else first

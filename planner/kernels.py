@@ -1,0 +1,160 @@
+"""Kernels between candidates: who shares whose score, and who repels whom.
+
+φ(x_j) = (1/N) Σ_i [ k(x_i, x_j) ∇log p(x_i|O) + ∇_{x_i} k(x_i, x_j) ] (SVES eq. 12) needs the Gram matrix and the
+repulsion Σ_i ∇_{x_i} k(x_i, x_j); each kernel gives both, without an array of particle × particle × knot × axis.
+
+| symbol              | identifier  | unit  | shape             |
+|---------------------|-------------|-------|-------------------|
+| x_i                 | `particles` | unit  | particle knot axis|
+| k(x_i, x_j)         | `gram`      | 1     | particle particle |
+| Σ_i ∇_{x_i}k        | `repulsion` | 1/unit| particle knot axis|
+| h                   | `bandwidth` | unit² |                   |
+
+Kernels (‖·‖ is over knots and axes unless a time is named):
+
+* RBF: exp(−‖x − x'‖²/h).
+* Markov RBF: the mean over pairs of times of exp(−‖x_t − x'_t'‖²/h), the pairs being t' = t and its neighbours
+  t' = t ± 1 (SVES eq. 23), or all of them (the complete graph).
+* Signature: `planner.signature_kernel`.
+* Identity: k(x_i, x_j) = 1 where i = j, else 0: each candidate descends alone.
+* Constant: k ≡ 1: all take the mean of the scores and never part; kept to show that collapse.
+
+Departures from SVES:
+
+1. Eq. (23) lost a prime: the second term is k(x_t, x'_t'), or it would not compare two paths.
+2. The Markov kernel is a mean over its pairs and not their sum: k(x, x) stays near one, and the step size does not
+   depend on the number of knots.
+3. h follows the set (`median/log(N + 1)`), counts as a constant in the gradient, and has a floor.
+"""
+
+from __future__ import annotations
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from planner.problem import Kernel
+from planner.signature_kernel import signature_terms
+
+SMALLEST_BANDWIDTH_PER_KNOT = 1e-6
+"""Floor of h, unit² for each knot: candidates closer than a thousandth of the box count as coinciding."""
+
+BANDWIDTH_TIMES = 16
+
+Terms = tuple[Float[Array, "particle particle"], Float[Array, "particle knot axis"]]
+
+
+def kernel_terms(kernel: Kernel, particles: Float[Array, "particle knot axis"]) -> Terms:
+    """Gram matrix and repulsion of a set.
+
+    Args:
+        kernel: Which kernel; resolved when the caller is traced.
+        particles: Shape (particle, knot, axis), unit cube.
+
+    Returns:
+        `gram`, shape (particle, particle): k(x_i, x_j); `repulsion`, shape of the particles: Σ_i ∇_{x_i} k(x_i, x_j).
+    """
+    count = particles.shape[0]
+    match kernel:
+        case Kernel.RBF:
+            return rbf_terms(particles)
+        case Kernel.MARKOV:
+            return markov_terms(particles, neighbours=1)
+        case Kernel.MARKOV_COMPLETE:
+            return markov_complete_terms(particles)
+        case Kernel.IDENTITY:
+            return jnp.eye(count, dtype=particles.dtype), jnp.zeros_like(particles)
+        case Kernel.CONSTANT:
+            return jnp.ones((count, count), particles.dtype), jnp.zeros_like(particles)
+        case Kernel.SIGNATURE:
+            return signature_terms(particles)
+
+
+def median_bandwidth(
+    squared_distance: Float[Array, "*batch particle particle"], floor: float
+) -> Float[Array, ""]:
+    """h = median over the pairs of ‖x_i − x_j‖²/log(N + 1), at least `floor`, without a gradient.
+
+    With it the N − 1 others of a typical candidate weigh as much in Σ_j k(x_i, x_j) as the candidate itself.
+    """
+    count = squared_distance.shape[-1]
+    if count == 1:
+        return jnp.asarray(floor, squared_distance.dtype)
+    first, second = np.triu_indices(count, k=1)
+    median = jnp.median(jax.lax.stop_gradient(squared_distance)[..., first, second])
+    return jnp.maximum(median / np.log(count + 1.0), floor).astype(squared_distance.dtype)
+
+
+def rbf_terms(particles: Float[Array, "particle knot axis"]) -> Terms:
+    """RBF with the median heuristic; Σ_i ∇_{x_i}k(x_i, x_j) = −(2/h)(Kᵀx − diag(Kᵀ1)x)."""
+    count, knots = particles.shape[:2]
+    # Around the mean: the products below would otherwise lose small differences of large positions.
+    flat = (particles - jnp.mean(particles, axis=0)).reshape(count, -1)
+    norm = jnp.sum(flat**2, axis=1)
+    squared = jnp.maximum(norm[:, None] + norm[None, :] - 2.0 * flat @ flat.T, 0.0)
+    squared = squared * (1.0 - jnp.eye(count, dtype=flat.dtype))
+    bandwidth = median_bandwidth(squared, SMALLEST_BANDWIDTH_PER_KNOT * knots)
+    gram = jnp.exp(-squared / bandwidth)
+    repulsion = (-2.0 / bandwidth) * (gram.T @ flat - jnp.sum(gram, axis=0)[:, None] * flat)
+    return gram, repulsion.reshape(particles.shape)
+
+
+def markov_terms(particles: Float[Array, "particle knot axis"], neighbours: int) -> Terms:
+    """Markov RBF over the pairs of times no more than `neighbours` apart (SVES eq. 23)."""
+    count, knots, axes = particles.shape
+    by_time = jnp.swapaxes(particles, 0, 1)
+    bandwidth = _bandwidth_over_time(by_time)
+    reach = min(neighbours, knots - 1)
+    pairs = sum(knots - abs(offset) for offset in range(-reach, reach + 1))
+    gram = jnp.zeros((count, count), particles.dtype)
+    repulsion = jnp.zeros((knots, count, axes), particles.dtype)
+    for offset in range(-reach, reach + 1):
+        # Pairs (t, t + offset): t of the particle whose gradient is taken, t + offset of the one it acts on.
+        low, high = max(0, -offset), knots - max(0, offset)
+        moved, fixed = by_time[low:high], by_time[low + offset : high + offset]
+        alike = jnp.exp(-_squared_distances(moved, fixed) / bandwidth)
+        gram = gram + jnp.sum(alike, axis=0)
+        pulled = jnp.einsum("tij,tia->tja", alike, moved) - jnp.sum(alike, axis=1)[..., None] * fixed
+        repulsion = repulsion.at[low:high].add(pulled)
+    scale = -2.0 / (bandwidth * pairs)
+    return gram / pairs, jnp.swapaxes(scale * repulsion, 0, 1)
+
+
+def markov_complete_terms(particles: Float[Array, "particle knot axis"]) -> Terms:
+    """Markov RBF over all pairs of times: alike are paths that visit the same places, in whatever order.
+
+    One pair of particles at a time, since all pairs of particles and times do not fit into memory.
+    """
+    count, knots, _ = particles.shape
+    bandwidth = _bandwidth_over_time(jnp.swapaxes(particles, 0, 1))
+
+    def one_pair(indices: tuple[Array, Array]) -> tuple[Array, tuple[Array, Array]]:
+        one, other = particles[indices[0]], particles[indices[1]]
+        alike = jnp.exp(-_squared_distances(one, other) / bandwidth)
+        by_one = alike @ other - jnp.sum(alike, axis=1)[:, None] * one
+        by_other = alike.T @ one - jnp.sum(alike, axis=0)[:, None] * other
+        return jnp.sum(alike), (by_one, by_other)
+
+    first, second = np.triu_indices(count)
+    values, (by_first, by_second) = jax.lax.map(one_pair, (jnp.asarray(first), jnp.asarray(second)))
+    gram = jnp.zeros((count, count), particles.dtype).at[first, second].set(values).at[second, first].set(values)
+    # The gradient by one particle acts on the other; a particle's own pair is counted once.
+    apart = jnp.asarray(first != second, particles.dtype)[:, None, None]
+    repulsion = jnp.zeros_like(particles).at[second].add(by_first).at[first].add(apart * by_second)
+    return gram / knots**2, (2.0 / (bandwidth * knots**2)) * repulsion
+
+
+def _bandwidth_over_time(by_time: Float[Array, "knot particle axis"]) -> Float[Array, ""]:
+    """The median bandwidth of the distances at equal times; a few times tell it, and sorting all of them would be slow."""
+    knots = by_time.shape[0]
+    chosen = np.unique(np.round(np.linspace(0, knots - 1, min(knots, BANDWIDTH_TIMES))).astype(int))
+    some = by_time[chosen]
+    return median_bandwidth(_squared_distances(some, some), SMALLEST_BANDWIDTH_PER_KNOT)
+
+
+def _squared_distances(
+    one: Float[Array, "*batch a axis"], other: Float[Array, "*batch b axis"]
+) -> Float[Array, "*batch a b"]:
+    """‖·‖² of every two points; axis by axis, so that it fuses and nothing cancels."""
+    return sum((one[..., :, None, axis] - other[..., None, :, axis]) ** 2 for axis in range(one.shape[-1]))

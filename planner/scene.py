@@ -1,0 +1,231 @@
+"""A problem as arrays for the optimiser: single precision, the unit cube, limits drawn in a little.
+
+Candidates are optimised through their free control points. The first three are given by the start's motion and the last
+three coincide (the curve ends at rest), so what is free is the inside and, where no end is asked for, the end.
+
+| symbol | identifier           | unit | shape              |
+|--------|----------------------|------|--------------------|
+| P_j    | `control_points()`   | unit | control 3          |
+| x_t    | `positions()`        | unit | time 3             |
+| h      | `knot_interval_s`    | s    |                    |
+| g_i    | `constraints()`      | 1    | constraint; ≤ 0 ok |
+"""
+
+from __future__ import annotations
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from planner.obstacles import ObstacleField
+from planner.polygon import KeepIn
+from planner.problem import Metric, Options, Problem
+from planner.spectral_metric import SpectralMetric
+from planner.trajectory import BLEND, Trajectory, control_points_at_start
+
+# The optimiser aims inside every limit, so that what multipliers leave over still passes the gate.
+LIMIT_SHARE = 0.985
+BOX_INSET_UNIT = 5e-4
+# Knots closer than this share of the time it takes to turn add stiffness (acceleration is a second difference) and no
+# freedom, and closer than this many to the finest half wave of the basis they add neither.
+TURN_SHARE = 0.6
+KNOTS_PER_HALF_WAVE = 3.0
+FEWEST_SEGMENTS = 16
+MOST_SEGMENTS = 1024
+
+
+class Scene(eqx.Module):
+    """What a candidate is measured against.
+
+    Attributes:
+        metric: The ergodic metric.
+        origin_m: Lower corner of the box, metres.
+        lengths_m: Lengths of the box, metres.
+        first: The first three control points, unit cube.
+        end: Where to end, unit cube.
+        end_is_fixed: 1 where the end is asked for, else 0.
+        knot_interval_s: h.
+        max_speed_mps: Drawn in.
+        max_climb_mps: Drawn in.
+        max_descent_mps: Drawn in.
+        max_acceleration_mps2: Drawn in.
+        obstacles: Signed distances.
+        fence: Signed distance to the polygon that holds the flight.
+        keep_out_m: Least distance from the vehicle's centre to an obstacle, with an allowance for what lies between two
+            samples.
+        slack_m: That allowance alone.
+        samples_per_segment: Samples of the curve on each segment.
+    """
+
+    metric: SpectralMetric
+    origin_m: Float[Array, "3"]
+    lengths_m: Float[Array, "3"]
+    first: Float[Array, "3 3"]
+    end: Float[Array, "3"]
+    end_is_fixed: Float[Array, ""]
+    knot_interval_s: Float[Array, ""]
+    max_speed_mps: Float[Array, ""]
+    max_climb_mps: Float[Array, ""]
+    max_descent_mps: Float[Array, ""]
+    max_acceleration_mps2: Float[Array, ""]
+    obstacles: ObstacleField
+    fence: KeepIn
+    keep_out_m: Float[Array, ""]
+    slack_m: Float[Array, ""]
+    samples_per_segment: int = eqx.field(static=True)
+
+    def control_points(self, free: Float[Array, "free 3"]) -> Float[Array, "control 3"]:
+        """All control points of a candidate, unit cube."""
+        end = jnp.where(self.end_is_fixed > 0.0, self.end, free[-1])
+        return jnp.concatenate([self.first, free[:-1], jnp.broadcast_to(end, (3, 3))])
+
+    def positions(self, control: Float[Array, "control 3"]) -> Float[Array, "time 3"]:
+        """The curve at the middle of equal pieces of each segment, unit cube."""
+        return sample_uniform(control, self.samples_per_segment)
+
+    def constraints(
+        self, control: Float[Array, "control 3"], positions: Float[Array, "time 3"]
+    ) -> Float[Array, "constraint"]:
+        """Every hard condition as a dimensionless number that must not be positive.
+
+        Box, speed, climb, descent and acceleration are conditions on control points, which imply them on the curve
+        (`planner.trajectory`); clearance and the fence are taken at the samples.
+        """
+        metres = control * self.lengths_m
+        velocity = jnp.diff(metres, axis=0)[2:] / self.knot_interval_s
+        acceleration = jnp.diff(metres, n=2, axis=0)[1:] / self.knot_interval_s**2
+        step_m = jnp.maximum(self.max_speed_mps * self.knot_interval_s, self.keep_out_m)
+        inside = control[3:]
+        box = jnp.maximum(BOX_INSET_UNIT - inside, inside - (1.0 - BOX_INSET_UNIT)) * (self.lengths_m / step_m)
+        places = positions * self.lengths_m + self.origin_m
+        clearance = (self.keep_out_m - self.obstacles.distance(places)) / step_m
+        fence = (self.slack_m - self.fence.distance(places[:, :2])) / step_m
+        up = velocity[:, 2]
+        return jnp.concatenate(
+            [
+                jnp.sum((velocity / self.max_speed_mps) ** 2, axis=-1) - 1.0,
+                jnp.where(up > 0.0, up / self.max_climb_mps, -up / self.max_descent_mps) - 1.0,
+                jnp.sum((acceleration / self.max_acceleration_mps2) ** 2, axis=-1) - 1.0,
+                box.reshape(-1),
+                clearance,
+                fence,
+            ]
+        )
+
+    def ergodic_metric(self, positions: Float[Array, "time 3"]) -> Float[Array, ""]:
+        """E of a candidate (with what was covered before)."""
+        count = positions.shape[0]
+        return self.metric(positions, jnp.full(count, 1.0 / count, positions.dtype))
+
+    def smoothness(self, control: Float[Array, "control 3"]) -> Float[Array, ""]:
+        """Mean over time of the squared acceleration, as a share of the limit's square.
+
+        A mean and not SVES's sum: with the sum the best path is a straight line.
+        """
+        acceleration = jnp.diff(control * self.lengths_m, n=2, axis=0) / self.knot_interval_s**2
+        return jnp.mean(jnp.sum((acceleration / self.max_acceleration_mps2) ** 2, axis=-1))
+
+
+def sample_uniform(control: Float[Array, "control 3"], samples_per_segment: int) -> Float[Array, "time 3"]:
+    """Points of a spline at the middles of equal pieces of every segment."""
+    u = (np.arange(samples_per_segment) + 0.5) / samples_per_segment
+    blend = np.stack([np.ones_like(u), u, u**2, u**3], axis=1) @ BLEND
+    segments = control.shape[0] - 3
+    pieces = sum(
+        blend[None, :, part, None].astype(np.float32) * control[part : part + segments, None, :] for part in range(4)
+    )
+    return jnp.asarray(pieces).reshape(segments * samples_per_segment, 3)
+
+
+def knots_for(problem: Problem, options: Options) -> tuple[int, int]:
+    """How many segments and samples a segment a problem wants.
+
+    Segments come in steps of a geometric series, so that missions of similar size share one compilation.
+
+    Returns:
+        Segments, samples per segment.
+    """
+    limits = problem.limits
+    if options.time_step_s is not None:
+        samples = max(FEWEST_SEGMENTS, round(problem.duration_s / options.time_step_s))
+        per_segment = 2 if samples >= 2 * FEWEST_SEGMENTS else 1
+        segments = int(np.clip(-(-samples // per_segment), FEWEST_SEGMENTS, MOST_SEGMENTS))
+        return segments, per_segment
+    half_wave_m = min(
+        length / (count - 1)
+        for length, count in zip(problem.workspace.lengths_m, options.modes, strict=True)
+        if count > 1
+    )
+    interval_s = max(
+        TURN_SHARE * limits.max_speed_mps / limits.max_acceleration_mps2,
+        half_wave_m / limits.max_speed_mps / KNOTS_PER_HALF_WAVE,
+    )
+    wanted = np.clip(problem.duration_s / interval_s, FEWEST_SEGMENTS, MOST_SEGMENTS)
+    steps = np.array([16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024])
+    segments = int(steps[np.searchsorted(steps, wanted - 1e-9)])
+    step_m = limits.max_speed_mps * problem.duration_s / segments
+    keep_out_m = max(problem.keep_out_m, 1e-3)
+    per_segment = int(np.clip(np.ceil(step_m / (3.0 * keep_out_m)), 2, 4))
+    return segments, per_segment
+
+
+def scene_of(problem: Problem, options: Options, segments: int, samples_per_segment: int) -> Scene:
+    """The arrays of a problem, for paths of a given number of segments.
+
+    Raises:
+        ValueError: A metric that the scene does not know.
+    """
+    match options.metric:
+        case Metric.SPECTRAL:
+            metric = SpectralMetric.of(
+                problem.information.coefficients(options.modes),
+                options.metric_weights,
+                problem.covered,
+                problem.duration_s,
+            )
+        case Metric.KERNEL:
+            raise ValueError('the kernel metric is not wired to this solver: use metric = "spectral"')
+    workspace, limits = problem.workspace, problem.limits
+    interval_s = problem.duration_s / segments
+    spacing_m = limits.max_speed_mps * interval_s / samples_per_segment
+    slack_m = min(spacing_m**2 / (8.0 * max(problem.keep_out_m, 1e-3)), 0.5 * spacing_m) + 0.01 * problem.keep_out_m
+    end = problem.start.position_m if problem.end_position_m is None else problem.end_position_m
+    fence = KeepIn.everywhere() if problem.fence_polygon_m is None else KeepIn.of(problem.fence_polygon_m)
+    scene = Scene(
+        metric=metric,
+        origin_m=workspace.box_min_m,
+        lengths_m=workspace.lengths_m,
+        first=workspace.unit_from_enu(control_points_at_start(problem.start, interval_s)),
+        end=workspace.unit_from_enu(end),
+        end_is_fixed=np.float32(problem.end_position_m is not None),
+        knot_interval_s=np.float32(interval_s),
+        max_speed_mps=np.float32(LIMIT_SHARE * limits.max_speed_mps),
+        max_climb_mps=np.float32(LIMIT_SHARE * limits.max_climb_mps),
+        max_descent_mps=np.float32(LIMIT_SHARE * limits.max_descent_mps),
+        max_acceleration_mps2=np.float32(LIMIT_SHARE * limits.max_acceleration_mps2),
+        obstacles=problem.obstacles,
+        fence=fence,
+        keep_out_m=np.float32(problem.keep_out_m + slack_m),
+        slack_m=np.float32(slack_m),
+        samples_per_segment=samples_per_segment,
+    )
+    return jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), scene)
+
+
+def free_from_control(
+    control_unit: Float[np.ndarray, "*batch control 3"],
+) -> Float[np.ndarray, "*batch free 3"]:
+    """The free control points of full ones: the inverse of `Scene.control_points`."""
+    return np.concatenate([control_unit[..., 3:-3, :], control_unit[..., -1:, :]], axis=-2)
+
+
+def trajectory_of(problem: Problem, free: Float[np.ndarray, "free 3"], start_s: float = 0.0) -> Trajectory:
+    """The curve of a candidate in metres and double precision, its given ends exact and its inside in the box."""
+    workspace = problem.workspace
+    interval_s = problem.duration_s / (free.shape[0] + 2)
+    inside = workspace.enu_from_unit(np.clip(np.asarray(free, dtype=float), 0.0, 1.0))
+    end = inside[-1] if problem.end_position_m is None else problem.end_position_m
+    first = control_points_at_start(problem.start, interval_s)
+    return Trajectory(np.concatenate([first, inside[:-1], np.tile(end, (3, 1))]), interval_s, start_s)

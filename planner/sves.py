@@ -1,0 +1,84 @@
+"""Stein Variational Ergodic Search as printed (SVES Alg. 1), for comparison.
+
+x ← x + ε φ(x) with p(x|O) ∝ exp(−λL(x)), L = E + penalties, soft throughout and no polish. What had to differ from the
+paper to get any plan at all (see docs/mathematics.md):
+
+1. The obstacle term is max(0, r + margin − d): as printed it attracts.
+2. Penalties and smoothness are means over time: with sums λ = 10, ε = 0.5 diverges and the optimum is a straight line.
+3. The prior only draws the start set: as a gradient term it pins every path to its line.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from planner import stein
+from planner.problem import Kernel, Options
+from planner.scene import Scene
+
+INVERSE_TEMPERATURE = 10.0
+STEP_SIZE = 0.5
+PENALTY_WEIGHT = 1.0
+SMOOTHNESS_WEIGHT = 15.0
+CHUNKS = 10
+STEPS_PER_CHUNK = 50
+
+
+@dataclasses.dataclass(frozen=True)
+class Refinement:
+    """A set worth judging.
+
+    Attributes:
+        free: Free control points of every candidate, unit cube.
+        steps: Optimisation steps behind it.
+    """
+
+    free: Float[np.ndarray, "particle free 3"]
+    steps: int
+
+
+def loss(scene: Scene, free: Float[Array, "free 3"]) -> Float[Array, ""]:
+    """L = E + 15·mean‖Δx‖² + mean of the squared broken constraints, in the unit cube."""
+    control = scene.control_points(free)
+    positions = scene.positions(control)
+    broken = jnp.maximum(0.0, scene.constraints(control, positions))
+    steps = jnp.diff(control, axis=0)
+    return (
+        scene.ergodic_metric(positions)
+        + SMOOTHNESS_WEIGHT * jnp.mean(jnp.sum(steps**2, axis=-1))
+        + PENALTY_WEIGHT * jnp.mean(broken**2)
+    )
+
+
+def refined(
+    scene: Scene,
+    seeds: Float[np.ndarray, "particle free 3"],
+    options: Options,
+    out_of_time: Callable[[], bool],
+) -> Iterator[Refinement]:
+    """The set after all steps (or those there was time for)."""
+    particles = jnp.asarray(seeds, jnp.float32)
+    steps = 0
+    for _ in range(CHUNKS):
+        if out_of_time():
+            break
+        particles = _chunk(scene, particles, options.kernel)
+        steps += STEPS_PER_CHUNK
+    yield Refinement(np.asarray(particles), steps)
+
+
+@eqx.filter_jit
+def _chunk(scene: Scene, particles: Float[Array, "particle free 3"], kernel: Kernel) -> Float[Array, "particle free 3"]:
+    def body(particles: Array, _: None) -> tuple[Array, None]:
+        score = -INVERSE_TEMPERATURE * jax.vmap(jax.grad(lambda free: loss(scene, free)))(particles)
+        return stein.sves_step(particles, score, kernel, STEP_SIZE), None
+
+    particles, _ = jax.lax.scan(body, particles, None, length=STEPS_PER_CHUNK)
+    return particles
