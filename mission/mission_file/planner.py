@@ -1,0 +1,67 @@
+"""`[planner]`: from where to where, how long, and how to search."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Literal
+
+from pydantic import Field, Strict
+
+from mission.findings import Finding
+from mission.mission_file.values import Position, Section
+
+Modes = Annotated[int, Field(ge=1, le=256)]
+
+MOST_COEFFICIENTS = 500_000
+"""More modes than this cost minutes a step and resolve nothing that a flight could follow."""
+
+
+class Planner(Section):
+    """From where to where, how long, and how to search for the path."""
+
+    start_enu_m: Annotated[Position, Field(examples=[[10.0, 10.0, 30.0]])]
+    """Where the path starts, at rest."""
+    end_enu_m: Annotated[Position | None, Field(examples=[[10.0, 10.0, 30.0]])] = None
+    """Where the path ends, at rest; absent: wherever it is best."""
+    duration_s: Annotated[float, Field(gt=0.0, le=86_400.0, examples=[600.0])]
+    """Time from start to end."""
+    candidates: Annotated[int, Field(ge=1, le=4096)] = 8
+    """How many paths the set has."""
+    modes: Annotated[tuple[Modes, Modes, Modes], Strict(False), Field(examples=[[16, 16, 4]])] = (8, 8, 4)
+    """Basis functions along east, north and up; 1 leaves an axis out of the metric."""
+    kernel: Literal["rbf", "markov", "markov-complete", "identity", "constant", "signature"] = "markov"
+    """How candidates repel each other."""
+    metric: Literal["spectral", "kernel"] = "spectral"
+    """What measures ergodicity."""
+    metric_weights: Literal["linear", "squared"] = "linear"
+    """Convention of the spectral weights: (1+‖k‖)^−(v+1)/2 or (1+‖k‖²)^−(v+1)/2."""
+    method: Literal["default", "sves"] = "default"
+    """The project's own optimiser, or the recipe of the Stein Variational Ergodic Search paper."""
+    samples: Annotated[int | None, Field(ge=8, le=100_000, examples=[50])] = None
+    """Samples of the path in the metric; absent: chosen from the duration."""
+    time_step_s: Annotated[float | None, Field(gt=0.0, le=60.0, examples=[0.1])] = None
+    """Time between those samples, instead of their number."""
+    time_limit_s: Annotated[float, Field(gt=0.0, le=86_400.0)] = 10.0
+    """Time the solver may take."""
+    seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
+    """Of every random number: the same seed gives the same plan."""
+
+    def findings(self) -> Iterator[Finding]:
+        """A sampling given one way, fine enough, and modes that measure something."""
+        if self.samples is not None and self.time_step_s is not None:
+            yield Finding("time_step_s", f"{self.time_step_s:g}", "samples is given as well: keep one of the two")
+        if self.time_step_s is not None and self.duration_s / self.time_step_s < 8.0:
+            yield Finding(
+                "time_step_s",
+                f"{self.time_step_s:g}",
+                f"at least 8 samples are needed: write at most {self.duration_s / 8.0:g}",
+            )
+        if max(self.modes) < 2:
+            yield Finding("modes", str(list(self.modes)), "at least one axis must have 2 modes or more: [8, 8, 4]")
+        if self.modes[0] * self.modes[1] * self.modes[2] > MOST_COEFFICIENTS:
+            yield Finding(
+                "modes",
+                str(list(self.modes)),
+                f"that is {self.modes[0] * self.modes[1] * self.modes[2]:,} coefficients and at most "
+                f"{MOST_COEFFICIENTS:,} are reasonable: write fewer on some axis",
+            )

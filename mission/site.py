@@ -1,0 +1,89 @@
+"""From a mission to what the planner is given: numbers and arrays, local ENU metres and seconds."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+
+import numpy as np
+from jaxtyping import Float
+
+from mission.information import density_of, workspace_of
+from mission.mission_file import Mission
+from mission.mission_file.site import Site
+from mission.mission_file.vehicle import Vehicle
+from mission.solids import obstacle_field_of
+from planner.obstacles import ObstacleField
+from planner.polygon import KeepIn
+from planner.problem import Kernel, Limits, Method, Metric, MetricWeights, Options, Problem
+from planner.trajectory import Motion
+
+
+def limits_of(vehicle: Vehicle) -> Limits:
+    """What the vehicle can do."""
+    return Limits(
+        max_speed_mps=vehicle.max_speed_mps,
+        max_climb_mps=vehicle.max_climb_mps,
+        max_descent_mps=vehicle.max_descent_mps,
+        max_acceleration_mps2=vehicle.max_acceleration_mps2,
+        max_yaw_rate_radps=math.radians(vehicle.max_yaw_rate_degps),
+    )
+
+
+def fence_of(site: Site) -> np.ndarray | None:
+    """The polygon that paths stay inside, shape (corner, 2); None where the box alone holds them."""
+    return np.array(site.polygon_enu_m) if site.polygon_enu_m is not None else None
+
+
+def free_space(
+    site: Site, obstacles: ObstacleField, keep_out_m: float
+) -> Callable[[Float[np.ndarray, "point 3"]], np.ndarray]:
+    """Tells of points whether the vehicle's middle may be there: inside the fence, and away from obstacles.
+
+    Args:
+        site: Its polygon is the fence.
+        obstacles: What to stay away from.
+        keep_out_m: How far.
+    """
+    fence = fence_of(site)
+    keep_in = KeepIn.of(fence) if fence is not None else KeepIn.everywhere()
+    return lambda points: (obstacles.distance(points) >= keep_out_m) & (keep_in.distance(points[:, :2]) >= 0.0)
+
+
+def problem_from_mission(mission: Mission) -> Problem:
+    """What the planner solves.
+
+    Raises:
+        ValueError: A file that cannot be used, or numbers that do not fit together (`mission.loading.load` has checked
+            both, so this means that a file changed since).
+    """
+    obstacles = obstacle_field_of(mission)
+    density = density_of(mission.information, mission.site)
+    end = mission.planner.end_enu_m
+    return Problem(
+        workspace=workspace_of(mission.site),
+        information=density.where(free_space(mission.site, obstacles, mission.keep_out_m)),
+        obstacles=obstacles,
+        limits=limits_of(mission.vehicle),
+        start=Motion.at_rest(np.array(mission.planner.start_enu_m)),
+        end_position_m=np.array(end) if end is not None else None,
+        duration_s=mission.planner.duration_s,
+        vehicle_radius_m=mission.vehicle.radius_m,
+        clearance_margin_m=mission.flight.clearance_margin_m,
+        fence_polygon_m=fence_of(mission.site),
+    )
+
+
+def options_from_mission(mission: Mission) -> Options:
+    """How the planner solves it."""
+    planner = mission.planner
+    return Options(
+        candidates=planner.candidates,
+        modes=planner.modes,
+        kernel=Kernel(planner.kernel),
+        metric=Metric(planner.metric),
+        metric_weights=MetricWeights(planner.metric_weights),
+        method=Method(planner.method),
+        time_step_s=mission.time_step_s,
+        seed=planner.seed,
+    )
