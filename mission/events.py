@@ -15,6 +15,7 @@ from sim_bridge.state import (
     StatusText,
     Vector,
     VehicleState,
+    Waiting,
 )
 
 
@@ -78,13 +79,6 @@ class Goal(enum.Enum):
 @dataclasses.dataclass(frozen=True)
 class Connected:
     """A vehicle answered."""
-
-
-@dataclasses.dataclass(frozen=True)
-class Waiting:
-    """The vehicle is heard, but not everything is known of it yet."""
-
-    waiting_for: tuple[str, ...]
 
 
 @dataclasses.dataclass(frozen=True)

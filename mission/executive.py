@@ -28,7 +28,6 @@ from mission.events import (
     RunChecks,
     Say,
     Stream,
-    Waiting,
     WayFound,
 )
 from mission.monitors import Alarm, Consumption, Monitors
@@ -43,6 +42,7 @@ from sim_bridge.state import (
     StatusText,
     Vector,
     VehicleState,
+    Waiting,
 )
 
 LINK_LOST_S = 1.5
@@ -97,7 +97,9 @@ class Executive:
         self._held_from = Phase.FOLLOWING
         self._blind_from = Phase.FOLLOWING
         self._held_for: Trigger | None = None
+        self._mode_before = FlightMode.OTHER
         self._ordered_s: float | None = None
+        self._taken_s: float | None = None
         self._order_open = False
         self._refusal = ""
         self._way: Trajectory | None = None
@@ -242,7 +244,10 @@ class Executive:
                 self._fire(Trigger.AT_ALTITUDE_MISSION if by_mission else Trigger.AT_ALTITUDE, now_s)
 
     def _watch_mode(self, state: VehicleState, now_s: float) -> None:
-        if not readings.mode_is_ours(self.phase, self._before, now_s - self._entered_s, state):
+        # An order that was not taken yet leaves the mode as it was.
+        due_s = self._taken_s if order_of(self.phase) is not None else self._entered_s
+        settled = due_s is not None and now_s - due_s > readings.MODE_GRACE_S
+        if not readings.mode_is_ours(self.phase, self._before, self._mode_before, settled, state):
             self.offboard_lost += readings.counts_as_lost_stream(self.phase)
             self._say(f"the mode is {state.mode_name}, which was not asked for here", warning=True)
             self._fire(readings.taken_over_by(state), now_s)
@@ -282,8 +287,10 @@ class Executive:
             self._say(f"{wish.value}: nothing to do while {self.phase.value}")
 
     def _command_done(self, done: CommandDone, now_s: float) -> None:
-        self._order_open = False
-        self._ordered_s = now_s
+        if done.command in (order_of(self.phase), Command.DISARM):
+            self._order_open = False
+            self._ordered_s = now_s
+            self._taken_s = now_s if done.accepted else None
         if done.accepted or done.reason == self._refusal:
             return
         self._refusal = done.reason
@@ -406,7 +413,8 @@ class Executive:
             self.rejoin_s = min(self.course.braking(now_s).stop_s(), self.exploration.end_s)
         self._before, self.phase, self.why = self.phase, goto, row.why
         self._entered_s = now_s
-        self._ordered_s, self._order_open, self._refusal = None, False, ""
+        self._mode_before = self.state.mode if self.state is not None else FlightMode.OTHER
+        self._ordered_s, self._taken_s, self._order_open, self._refusal = None, None, False, ""
         self._actions.append(Entered(goto, row.why))
         self._enter(goto, now_s)
         return True

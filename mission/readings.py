@@ -46,20 +46,20 @@ def at_altitude(state: VehicleState, ground_up_m: float, height_m: float) -> boo
     return near or (state.mode is FlightMode.HOLD and height > 0.5 * height_m)
 
 
-def mode_is_ours(phase: Phase, before: Phase, in_phase_s: float, state: VehicleState) -> bool:
+def mode_is_ours(phase: Phase, before: Phase, mode_before: FlightMode, settled: bool, state: VehicleState) -> bool:
     """Whether the mode is one that this flight asked for.
 
     Args:
         phase: What the flight is doing.
         before: What it did before that.
-        in_phase_s: Time since the phase began; the mode of the one before is still seen for a while.
+        mode_before: The mode that was seen when the phase began.
+        settled: Whether the phase's own mode was taken long enough ago to be shown.
         state: What the vehicle tells.
     """
     expected = expected_modes(phase)
     if not expected or (phase is Phase.TAKING_OFF and state.landed is LandedState.ON_GROUND):
         return True
-    earlier = expected_modes(before)
-    if in_phase_s < MODE_GRACE_S and (not earlier or state.mode in earlier):
+    if not settled and (state.mode is mode_before or state.mode in expected_modes(before)):
         return True
     return state.mode in expected
 

@@ -105,6 +105,7 @@ class VehicleState:
         waiting_for: What keeps it from being ready to arm, in words; empty: ready.
         failsafe: Whether the vehicle acts on a failsafe of its own.
         home_enu_m: Where it would return to; None: not told yet.
+        position_age_s: How old the position is, where positions fail to come.
     """
 
     time_s: float
@@ -119,6 +120,7 @@ class VehicleState:
     waiting_for: tuple[str, ...]
     failsafe: bool
     home_enu_m: Vector | None
+    position_age_s: float = 0.0
 
     @property
     def ready(self) -> bool:
@@ -129,6 +131,17 @@ class VehicleState:
     def speed_mps(self) -> float:
         """Norm of the velocity."""
         return math.hypot(*self.velocity_enu_mps)
+
+
+@dataclasses.dataclass(frozen=True)
+class Waiting:
+    """The vehicle is heard, but not enough is known of it yet for a state.
+
+    Attributes:
+        waiting_for: What is missing, in words.
+    """
+
+    waiting_for: tuple[str, ...]
 
 
 @dataclasses.dataclass(frozen=True)
