@@ -109,37 +109,45 @@ def mean_basis(
     return np.einsum("t,ta,tb,tc->abc", time_weight, *tables, optimize=True)
 
 
-def _tables(position: Float[Array, "time"], modes: int) -> tuple[Float[Array, "time k"], Float[Array, "time k"]]:
+def _tables(position: Float[Array, "time"], modes: int) -> tuple[Float[Array, "k time"], Float[Array, "k time"]]:
     """cos(πkw)/h_k and its derivative for one axis.
 
-    One cosine and one sine a sample; the other modes follow by angle addition, doubling the table each round, which is
-    several times faster than a call of cos for each and keeps the rounding error at log2(k) products.
+    One cosine and one sine a sample; the other modes follow by angle addition, doubling the table each round. The
+    barriers keep the compiler from fusing the rounds, which would compute each of them again for every mode: with them
+    the tables cost a third.
     """
-    angle = jnp.pi * position[:, None]
-    cosine = jnp.concatenate([jnp.ones_like(angle), jnp.cos(angle)], axis=1)
-    sine = jnp.concatenate([jnp.zeros_like(angle), jnp.sin(angle)], axis=1)
-    while cosine.shape[1] < modes:
-        cos_last, sin_last = cosine[:, -1:], sine[:, -1:]
-        more_cosine = cosine[:, 1:] * cos_last - sine[:, 1:] * sin_last
-        more_sine = sine[:, 1:] * cos_last + cosine[:, 1:] * sin_last
-        cosine = jnp.concatenate([cosine, more_cosine], axis=1)
-        sine = jnp.concatenate([sine, more_sine], axis=1)
-    k = np.arange(modes)
-    scale = np.where(k == 0, 1.0, np.sqrt(2.0)).astype(position.dtype)
-    return cosine[:, :modes] * scale, sine[:, :modes] * (-np.pi * k * scale).astype(position.dtype)
+    angle = jnp.pi * position[None]
+    cosine, sine = jax.lax.optimization_barrier((jnp.cos(angle), jnp.sin(angle)))
+    while cosine.shape[0] < modes - 1:
+        cos_last, sin_last = cosine[-1:], sine[-1:]
+        cosine, sine = jax.lax.optimization_barrier(
+            (
+                jnp.concatenate([cosine, cosine * cos_last - sine * sin_last]),
+                jnp.concatenate([sine, sine * cos_last + cosine * sin_last]),
+            )
+        )
+    slope = (-np.pi * np.sqrt(2.0) * np.arange(1, modes)).astype(position.dtype)[:, None]
+    return (
+        jnp.concatenate([jnp.ones_like(angle), cosine[: modes - 1] * np.float32(np.sqrt(2.0))]),
+        jnp.concatenate([jnp.zeros_like(angle), sine[: modes - 1] * slope]),
+    )
 
 
 def _residual(
     metric: SpectralMetric,
-    cosines: tuple[Float[Array, "time k"], ...],
+    cosines: tuple[Float[Array, "k time"], ...],
     time_weight: Float[Array, "time"],
 ) -> Float[Array, "k0 k1 k2"]:
-    """C − φ, with memory in c."""
+    """The residual c − φ, with memory in c."""
     first, second, third = cosines
-    pair = (second[:, :, None] * third[:, None, :]).reshape(first.shape[0], -1)
-    path_mean = ((first * time_weight[:, None]).T @ pair).reshape(metric.target.shape)
+    path_mean = ((first * time_weight) @ _pairs(second, third).T).reshape(metric.target.shape)
     share = metric.covered_share
     return share * metric.covered_mean + (1.0 - share) * path_mean - metric.target
+
+
+def _pairs(second: Float[Array, "k1 time"], third: Float[Array, "k2 time"]) -> Float[Array, "k12 time"]:
+    """Products of every mode of two axes."""
+    return (second[:, None] * third[None]).reshape(-1, second.shape[-1])
 
 
 @jax.custom_vjp
@@ -157,15 +165,14 @@ def _forward(metric, position_unit, time_weight):  # noqa: ANN001 (custom_vjp's 
     residual = _residual(metric, (cos0, cos1, cos2), time_weight)
     weighted = metric.weights * residual
     modes = metric.target.shape
-    flat = weighted.reshape(modes[0], -1)
-    along = (cos0 @ flat).reshape(-1, modes[1], modes[2])
-    across = (sin0 @ flat).reshape(-1, modes[1], modes[2])
-    third_cos = jnp.einsum("tbc,tc->tb", along, cos2)
+    flat = weighted.reshape(modes[0], -1).T
+    along = flat @ cos0
+    by_pair = along.reshape(modes[1], modes[2], -1)
     gradient = jnp.stack(
         [
-            jnp.einsum("tbc,tb,tc->t", across, cos1, cos2),
-            jnp.einsum("tb,tb->t", third_cos, sin1),
-            jnp.einsum("tbc,tb,tc->t", along, cos1, sin2),
+            jnp.sum((flat @ sin0) * _pairs(cos1, cos2), axis=0),
+            jnp.sum(jnp.sum(by_pair * cos2, axis=1) * sin1, axis=0),
+            jnp.sum(jnp.sum(by_pair * cos1[:, None], axis=0) * sin2, axis=0),
         ],
         axis=-1,
     )
