@@ -1,0 +1,171 @@
+"""Proven bounds over a whole spline, not over samples of it.
+
+Each cubic piece lies in the hull of its Bézier points, and each coordinate polynomial below its largest Bernstein
+coefficient; halving a piece brings hull and curve together. So a maximum or a least distance is enclosed by halving
+only what could still hold it (Lipschitz bisection; Piyavskii, 1972).
+
+| symbol | identifier      | unit | meaning                                              |
+|--------|-----------------|------|------------------------------------------------------|
+| b_i    | `bezier_m`      | m    | Bézier points of a piece, shape (piece, 4, axis)     |
+| R      | `radius`        | m    | max_i ‖b_i − x‖: no point of the piece is further from its middle x |
+| d      | `distance`      | m    | any 1-Lipschitz function: d ≥ d(x) − R over the piece |
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable
+
+import numpy as np
+from jaxtyping import Float
+
+from planner.trajectory import Trajectory
+
+# Rows: Bézier points; columns: the four control points of a segment.
+_BEZIER = np.array([[1.0, 4.0, 1.0, 0.0], [0.0, 4.0, 2.0, 0.0], [0.0, 2.0, 4.0, 0.0], [0.0, 1.0, 4.0, 1.0]]) / 6.0
+# Sixty halvings are past the last digit of a double.
+_MOST_HALVINGS = 60
+_ROUNDING = 1e-12
+# Pieces smaller than this are not halved further.
+SMALLEST_RADIUS_M = 1e-5
+# Evaluations spent on a sharper figure, and on deciding whether the need is met.
+REPORT_EVALUATIONS = 20_000
+DECISION_EVALUATIONS = 1_000_000
+
+
+@dataclasses.dataclass(frozen=True)
+class Extremum:
+    """Where a piecewise polynomial is greatest.
+
+    Attributes:
+        value: The maximum.
+        parameter: Piece index plus the place in the piece, 0 … 1.
+    """
+
+    value: float
+    parameter: float
+
+
+@dataclasses.dataclass(frozen=True)
+class Least:
+    """The least of a distance over a curve, enclosed.
+
+    Attributes:
+        lower: Proven: no point of the curve is below it.
+        upper: The lowest value that was seen.
+        parameter: Where it was seen: piece index plus the place in the piece.
+    """
+
+    lower: float
+    upper: float
+    parameter: float
+
+
+def bezier_points(trajectory: Trajectory) -> Float[np.ndarray, "piece 4 3"]:
+    """The pieces of a spline by their Bézier points, metres."""
+    windows = np.lib.stride_tricks.sliding_window_view(trajectory.control_points_m, 4, axis=0)
+    return np.einsum("bc,pdc->pbd", _BEZIER, windows)
+
+
+def derivative(bernstein: Float[np.ndarray, "piece order axis"], interval_s: float) -> np.ndarray:
+    """Bernstein coefficients of the time derivative, one fewer a piece."""
+    degree = bernstein.shape[1] - 1
+    return np.diff(bernstein, axis=1) * (degree / interval_s)
+
+
+def squared_norm(bernstein: Float[np.ndarray, "piece order axis"]) -> np.ndarray:
+    """Bernstein coefficients of ‖·‖², shape (piece, 2·order − 1)."""
+    degree = bernstein.shape[1] - 1
+    products = np.einsum("pia,pja->pij", bernstein, bernstein)
+    result = np.zeros((len(bernstein), 2 * degree + 1))
+    for i in range(degree + 1):
+        for j in range(degree + 1):
+            share = math.comb(degree, i) * math.comb(degree, j) / math.comb(2 * degree, i + j)
+            result[:, i + j] += share * products[:, i, j]
+    return result
+
+
+def maximum(bernstein: Float[np.ndarray, "piece order"]) -> Extremum:
+    """The greatest value of polynomials over their pieces, to rounding.
+
+    Args:
+        bernstein: Coefficients of each piece.
+
+    Returns:
+        The maximum and where it is taken.
+    """
+    left, right = _halving(bernstein.shape[1])
+    slack = _ROUNDING * float(np.abs(bernstein).max())
+    ends = bernstein[:, [0, -1]]
+    piece, side = np.unravel_index(int(np.argmax(ends)), ends.shape)
+    best, best_at = float(ends[piece, side]), float(piece + side)
+    low, width, active = np.arange(len(bernstein), dtype=float), 1.0, bernstein
+    for _ in range(_MOST_HALVINGS):
+        possible = active.max(axis=1) > best + slack
+        if not possible.any():
+            break
+        active, low, width = active[possible], low[possible], width / 2.0
+        first, second = active @ left.T, active @ right.T
+        middle = int(np.argmax(first[:, -1]))
+        if first[middle, -1] > best:
+            best, best_at = float(first[middle, -1]), float(low[middle] + width)
+        active, low = np.concatenate([first, second]), np.concatenate([low, low + width])
+    return Extremum(best, best_at)
+
+
+def least_along(
+    bezier_m: Float[np.ndarray, "piece 4 axis"],
+    distance: Callable[[Float[np.ndarray, "point axis"]], Float[np.ndarray, "point"]],
+    needed: float,
+    resolution: float,
+) -> Least:
+    """The least of a 1-Lipschitz distance along a curve, and whether it is nowhere below what is needed.
+
+    Pieces are halved until the whole curve is proven to keep the need, or a point that breaks it is found; beyond that
+    until the least is known to the resolution, as far as `REPORT_EVALUATIONS` go.
+
+    Args:
+        bezier_m: The curve's pieces.
+        distance: A lower bound of a 1-Lipschitz function, for points of shape (point, axis).
+        needed: What the distance should not fall below.
+        resolution: How closely the least should be enclosed, where the need is met or clearly broken.
+
+    Returns:
+        Enclosure of the least. `lower` is at least `needed` exactly where the curve is proven to keep it.
+    """
+    left, right = _halving(4)
+    middle = np.array([1.0, 3.0, 3.0, 1.0]) / 8.0
+    active, low, width = bezier_m, np.arange(len(bezier_m), dtype=float), 1.0
+    inherited = np.full(len(active), -np.inf)
+    proven, upper, parameter, evaluations = np.inf, np.inf, 0.0, 0
+    while True:
+        centers = np.einsum("b,pba->pa", middle, active)
+        radius = np.sqrt(np.max(np.sum((active - centers[:, None]) ** 2, axis=2), axis=1))
+        values = distance(centers)
+        evaluations += len(values)
+        lowest = int(np.argmin(values))
+        if values[lowest] < upper:
+            upper, parameter = float(values[lowest]), float(low[lowest] + width / 2.0)
+        lower = np.maximum(values - radius, inherited)
+        wanted = upper - resolution
+        if upper >= needed:
+            wanted = max(wanted, needed) if evaluations < REPORT_EVALUATIONS else needed
+        elif evaluations > REPORT_EVALUATIONS:
+            wanted = -np.inf
+        open_still = (lower < wanted) & (radius > SMALLEST_RADIUS_M)
+        if evaluations > DECISION_EVALUATIONS:
+            open_still[:] = False
+        proven = min(proven, float(lower[~open_still].min(initial=np.inf)))
+        if not open_still.any():
+            return Least(min(proven, upper), upper, parameter)
+        active, low, inherited = active[open_still], low[open_still], lower[open_still]
+        width /= 2.0
+        active = np.concatenate([np.einsum("cb,pba->pca", half, active) for half in (left, right)])
+        low, inherited = np.concatenate([low, low + width]), np.tile(inherited, 2)
+
+
+def _halving(order: int) -> tuple[np.ndarray, np.ndarray]:
+    """Matrices from Bernstein coefficients to those of the left and the right half (de Casteljau)."""
+    left = np.array([[math.comb(i, j) / 2.0**i for j in range(order)] for i in range(order)])
+    return left, left[::-1, ::-1]

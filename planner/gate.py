@@ -1,0 +1,307 @@
+"""The gate: what may be flown is proven here, in double precision, over every moment of the curve that is streamed.
+
+Clearance and the fence are 1-Lipschitz distances and are proven by bisection; box, speed, climb and descent by the
+exact extrema of polynomials; acceleration at the knots, between which it is linear and its norm therefore convex.
+The heading is not part of the curve: `planner.yaw` turns it no faster than `Limits.max_yaw_rate_radps` allows.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+from typing import NoReturn
+
+import numpy as np
+from jaxtyping import Float
+
+from planner.curve_bounds import bezier_points, derivative, least_along, maximum, squared_norm
+from planner.polygon import FAR_M, KeepIn
+from planner.problem import Problem
+from planner.trajectory import Trajectory
+
+# The tolerances, all of them. Limits may be exceeded by rounding and no more; clearance is proven without any.
+RELATIVE_TOLERANCE = 1e-9
+JOIN_TOLERANCE = 1e-6
+"""Start, end and box: metres, metres per second, metres per second squared."""
+FENCE_TOLERANCE_M = 1e-3
+FENCE_RESOLUTION_M = 0.1
+REPORT_RESOLUTION_M = 1e-3
+"""How closely the least clearance is enclosed: the figure reported is the proven, lower one."""
+
+
+class ViolationKind(enum.Enum):
+    """What a curve can break."""
+
+    DIVERGED = "diverged"
+    CLEARANCE = "clearance"
+    BOX = "box"
+    FENCE = "fence"
+    SPEED = "speed"
+    CLIMB = "climb"
+    DESCENT = "descent"
+    ACCELERATION = "acceleration"
+    START = "start"
+    END = "end"
+    DURATION = "duration"
+
+
+@dataclasses.dataclass(frozen=True)
+class Violation:
+    """One broken condition, at its worst moment.
+
+    Attributes:
+        kind: Which condition.
+        measured: What the curve does.
+        limit: What it may do, in the same unit.
+        time_s: When.
+        position_m: Where, shape (3,).
+        text: The same as a sentence.
+    """
+
+    kind: ViolationKind
+    measured: float
+    limit: float
+    time_s: float
+    position_m: Float[np.ndarray, "3"]
+    text: str
+
+
+@dataclasses.dataclass(frozen=True)
+class GateReport:
+    """What was measured on a curve.
+
+    Attributes:
+        violations: Every broken condition; none: it may be flown.
+        min_clearance_m: Proven least distance from the vehicle's hull to an obstacle; infinite where there is none.
+        max_speed_mps: Greatest speed.
+        max_climb_mps: Greatest upward velocity.
+        max_descent_mps: Greatest downward velocity.
+        max_acceleration_mps2: Greatest acceleration.
+        length_m: Length of the path.
+        duration_s: Time from its first to its last point.
+    """
+
+    violations: tuple[Violation, ...]
+    min_clearance_m: float
+    max_speed_mps: float
+    max_climb_mps: float
+    max_descent_mps: float
+    max_acceleration_mps2: float
+    length_m: float
+    duration_s: float
+
+    @property
+    def passed(self) -> bool:
+        """Whether the curve may be flown."""
+        return not self.violations
+
+
+class GateRefused(ValueError):
+    """A curve that may not be flown.
+
+    Attributes:
+        report: What was measured on it.
+    """
+
+    def __init__(self, report: GateReport) -> None:
+        self.report = report
+        super().__init__("this path must not be flown: " + "; ".join(v.text for v in report.violations))
+
+
+class ProvenTrajectory:
+    """A curve that passed the gate, with the report; only `prove` makes one, and it cannot be changed.
+
+    Attributes:
+        trajectory: The curve.
+        report: What was measured on it.
+    """
+
+    __slots__ = ("report", "trajectory")
+    trajectory: Trajectory
+    report: GateReport
+
+    def __init__(self) -> None:
+        raise TypeError("a proven trajectory comes from planner.gate.prove, which proves it")
+
+    def __setattr__(self, name: str, value: object) -> NoReturn:
+        raise AttributeError(f"{name} of a proven trajectory cannot be changed: prove the new one")
+
+
+def prove(trajectory: Trajectory, problem: Problem) -> ProvenTrajectory:
+    """Let a curve through the gate.
+
+    Args:
+        trajectory: The curve.
+        problem: What it must keep to.
+
+    Returns:
+        The curve as something that may be flown; later changes of the caller's arrays do not reach it.
+
+    Raises:
+        GateRefused: It breaks a condition.
+    """
+    points = trajectory.control_points_m.copy()
+    points.setflags(write=False)
+    own = dataclasses.replace(trajectory, control_points_m=points)
+    report = inspect(own, problem)
+    if not report.passed:
+        raise GateRefused(report)
+    proven = object.__new__(ProvenTrajectory)
+    object.__setattr__(proven, "trajectory", own)
+    object.__setattr__(proven, "report", report)
+    return proven
+
+
+def inspect(trajectory: Trajectory, problem: Problem) -> GateReport:
+    """Measure a curve against every condition of a problem, over every moment of it.
+
+    Args:
+        trajectory: The curve.
+        problem: What it must keep to.
+
+    Returns:
+        The report; `passed` says whether it may be flown.
+    """
+    workspace = problem.workspace
+    control = trajectory.control_points_m
+    if not (np.abs(control - workspace.box_min_m) < FAR_M).all():
+        return _diverged(trajectory, problem)
+    found = _Findings(trajectory)
+    bezier = bezier_points(trajectory)
+    velocity = derivative(bezier, trajectory.knot_interval_s)
+
+    clearance = _inspect_clearance(found, problem, bezier)
+    _inspect_box(found, problem, bezier)
+    if problem.fence_polygon_m is not None:
+        inside = KeepIn.of(problem.fence_polygon_m).distance
+        fence = least_along(bezier[:, :, :2], inside, -FENCE_TOLERANCE_M, FENCE_RESOLUTION_M)
+        if fence.lower < -FENCE_TOLERANCE_M:
+            found.add(ViolationKind.FENCE, -fence.lower, 0.0, fence.parameter, "{measured:.3f} m outside the fence")
+
+    limits = problem.limits
+    speed = maximum(squared_norm(velocity))
+    greatest = {
+        ViolationKind.SPEED: (float(np.sqrt(max(speed.value, 0.0))), limits.max_speed_mps, speed.parameter),
+    }
+    for kind, sign, limit in (
+        (ViolationKind.CLIMB, 1.0, limits.max_climb_mps),
+        (ViolationKind.DESCENT, -1.0, limits.max_descent_mps),
+    ):
+        vertical = maximum(sign * velocity[:, :, 2])
+        greatest[kind] = (max(vertical.value, 0.0), limit, vertical.parameter)
+    acceleration = np.linalg.norm(np.diff(control, n=2, axis=0), axis=1) / trajectory.knot_interval_s**2
+    knot = int(np.argmax(acceleration))
+    greatest[ViolationKind.ACCELERATION] = (float(acceleration[knot]), limits.max_acceleration_mps2, float(knot))
+    for kind, (measured, limit, parameter) in greatest.items():
+        if not measured <= limit * (1.0 + RELATIVE_TOLERANCE):
+            unit = "m/s²" if kind is ViolationKind.ACCELERATION else "m/s"
+            found.add(kind, measured, limit, parameter, f"{kind.value} {{measured:.4g}} {unit}, limit {{limit:.4g}}")
+
+    _inspect_ends(found, problem)
+    return GateReport(
+        violations=tuple(found.violations),
+        min_clearance_m=clearance,
+        max_speed_mps=greatest[ViolationKind.SPEED][0],
+        max_climb_mps=greatest[ViolationKind.CLIMB][0],
+        max_descent_mps=greatest[ViolationKind.DESCENT][0],
+        max_acceleration_mps2=greatest[ViolationKind.ACCELERATION][0],
+        length_m=_length_m(velocity, trajectory.knot_interval_s),
+        duration_s=trajectory.duration_s,
+    )
+
+
+class _Findings:
+    """Collects violations with the time and place of their worst moment."""
+
+    def __init__(self, trajectory: Trajectory) -> None:
+        self._trajectory = trajectory
+        self.violations: list[Violation] = []
+
+    def add(self, kind: ViolationKind, measured: float, limit: float, parameter: float, what: str) -> None:
+        time_s = self._trajectory.start_s + parameter * self._trajectory.knot_interval_s
+        position = self._trajectory.motion_at(min(time_s, self._trajectory.end_s)).position_m
+        east, north, up = position
+        text = what.format(measured=measured, limit=limit) + f", at {time_s:.2f} s ({east:.2f}, {north:.2f}, {up:.2f})"
+        self.violations.append(Violation(kind, measured, limit, time_s, position, text))
+
+
+def _inspect_clearance(found: _Findings, problem: Problem, bezier: np.ndarray) -> float:
+    """Proven least clearance of the hull."""
+    if problem.obstacles.is_empty:
+        return float("inf")
+    least = least_along(bezier, problem.obstacles.lower_bound, problem.keep_out_m, REPORT_RESOLUTION_M)
+    clearance = least.lower - problem.vehicle_radius_m
+    if least.lower < problem.keep_out_m:
+        found.add(
+            ViolationKind.CLEARANCE,
+            clearance,
+            problem.clearance_margin_m,
+            least.parameter,
+            "clearance {measured:.3f} m, needs {limit:.3f} m",
+        )
+    # In the sum of radius and margin rounding may be lost; what is proven is the comparison above.
+    return max(clearance, problem.clearance_margin_m) if least.lower >= problem.keep_out_m else clearance
+
+
+def _inspect_box(found: _Findings, problem: Problem, bezier: np.ndarray) -> None:
+    workspace = problem.workspace
+    worst = None
+    for axis, name in enumerate(("east", "north", "up")):
+        for sign, bound in ((-1.0, workspace.box_min_m[axis]), (1.0, workspace.box_max_m[axis])):
+            outside = maximum(sign * (bezier[:, :, axis] - bound))
+            if outside.value > JOIN_TOLERANCE and (worst is None or outside.value > worst[0].value):
+                worst = outside, name, bound
+    if worst is not None:
+        outside, name, bound = worst
+        what = f"{{measured:.3f}} m outside the box, which ends at {name} {bound:.2f} m"
+        found.add(ViolationKind.BOX, outside.value, 0.0, outside.parameter, what)
+
+
+def _inspect_ends(found: _Findings, problem: Problem) -> None:
+    trajectory = found._trajectory
+    first, last = trajectory.motion_at(trajectory.start_s), trajectory.motion_at(trajectory.end_s)
+    start = problem.start
+    for what, unit, got, wanted in (
+        ("position", "m", first.position_m, start.position_m),
+        ("velocity", "m/s", first.velocity_mps, start.velocity_mps),
+        ("acceleration", "m/s²", first.acceleration_mps2, start.acceleration_mps2),
+    ):
+        gap = float(np.abs(got - wanted).max())
+        if not gap <= JOIN_TOLERANCE:
+            text = f"starts {{measured:.3g}} {unit} off the {what} the vehicle has"
+            found.add(ViolationKind.START, gap, JOIN_TOLERANCE, 0.0, text)
+    end = float(trajectory.segments)
+    if problem.end_position_m is not None:
+        gap = float(np.abs(last.position_m - problem.end_position_m).max())
+        if not gap <= JOIN_TOLERANCE:
+            found.add(ViolationKind.END, gap, JOIN_TOLERANCE, end, "ends {measured:.3g} m from where it should")
+    speed = float(np.linalg.norm(last.velocity_mps))
+    if not speed <= JOIN_TOLERANCE:
+        found.add(ViolationKind.END, speed, JOIN_TOLERANCE, end, "ends at {measured:.3g} m/s and not at rest")
+    if not trajectory.duration_s <= problem.duration_s * (1.0 + RELATIVE_TOLERANCE):
+        text = "takes {measured:.2f} s, there are {limit:.2f} s"
+        found.add(ViolationKind.DURATION, trajectory.duration_s, problem.duration_s, end, text)
+
+
+def _length_m(velocity: Float[np.ndarray, "piece 3 3"], interval_s: float) -> float:
+    """Length by Gauss quadrature of the speed over each piece."""
+    node, weight = np.polynomial.legendre.leggauss(8)
+    u = 0.5 * (node + 1.0)
+    basis = np.stack([(1.0 - u) ** 2, 2.0 * u * (1.0 - u), u**2], axis=1)
+    speed = np.linalg.norm(np.einsum("nb,pba->pna", basis, velocity), axis=2)
+    return float(0.5 * interval_s * np.sum(speed @ weight))
+
+
+def _diverged(trajectory: Trajectory, problem: Problem) -> GateReport:
+    """The report of a curve whose numbers mean nothing."""
+    farthest = float(np.abs(trajectory.control_points_m - problem.workspace.box_min_m).max())
+    violation = Violation(
+        ViolationKind.DIVERGED,
+        farthest,
+        FAR_M,
+        trajectory.start_s,
+        trajectory.control_points_m[0],
+        f"reaches {farthest:.3g} m: the solve diverged",
+    )
+    infinite = float("inf")
+    return GateReport((violation,), -infinite, infinite, infinite, infinite, infinite, infinite, trajectory.duration_s)
