@@ -29,6 +29,8 @@ Departures from SVES:
 
 from __future__ import annotations
 
+import functools
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -71,10 +73,8 @@ def kernel_terms(kernel: Kernel, particles: Float[Array, "particle knot axis"]) 
             return signature_terms(particles)
 
 
-def median_bandwidth(
-    squared_distance: Float[Array, "*batch particle particle"], floor: float
-) -> Float[Array, ""]:
-    """h = median over the pairs of ‖x_i − x_j‖²/log(N + 1), at least `floor`, without a gradient.
+def median_bandwidth(squared_distance: Float[Array, "*batch particle particle"], floor: float) -> Float[Array, ""]:
+    """Median over the pairs of ‖x_i − x_j‖²/log(N + 1), at least `floor`, without a gradient.
 
     With it the N − 1 others of a typical candidate weigh as much in Σ_j k(x_i, x_j) as the candidate itself.
     """
@@ -146,7 +146,7 @@ def markov_complete_terms(particles: Float[Array, "particle knot axis"]) -> Term
 
 
 def _bandwidth_over_time(by_time: Float[Array, "knot particle axis"]) -> Float[Array, ""]:
-    """The median bandwidth of the distances at equal times; a few times tell it, and sorting all of them would be slow."""
+    """The median bandwidth of the distances at equal times, of which a few tell it: sorting all would be slow."""
     knots = by_time.shape[0]
     chosen = np.unique(np.round(np.linspace(0, knots - 1, min(knots, BANDWIDTH_TIMES))).astype(int))
     some = by_time[chosen]
@@ -157,4 +157,5 @@ def _squared_distances(
     one: Float[Array, "*batch a axis"], other: Float[Array, "*batch b axis"]
 ) -> Float[Array, "*batch a b"]:
     """‖·‖² of every two points; axis by axis, so that it fuses and nothing cancels."""
-    return sum((one[..., :, None, axis] - other[..., None, :, axis]) ** 2 for axis in range(one.shape[-1]))
+    difference = (one[..., :, None, axis] - other[..., None, :, axis] for axis in range(one.shape[-1]))
+    return functools.reduce(jnp.add, (along**2 for along in difference))

@@ -13,10 +13,10 @@ without ever forming S. It compares paths as ordered curves: the same route at a
 | κ      | `scale`·exp(−‖·‖²/`bandwidth`), or the inner product |||
 | n      | `dyadic_order`    | 1     |                   |
 
-Notes:
+How it is solved:
 
-1. Second-order scheme over anti-diagonals, each segment cut into 2ⁿ parts. Differentiated by autodiff: the adjoint PDE of
-   a well-known library is far off on rough paths.
+1. Second-order scheme over anti-diagonals, each segment cut into 2ⁿ parts. Differentiated by autodiff: the adjoint PDE
+   of a well-known library is far off on rough paths.
 2. Raw values grow like the exponential of the lengths, so between candidates the kernel is k/√(k_xx k_yy), and κ is
    scaled until a typical k(x, x) is `SELF_VALUE`: much above it all paths look different, much below all look alike.
 3. On rough paths the Gram matrix of the discretised kernel can turn indefinite and the cost is quadratic in the knots:
@@ -54,16 +54,16 @@ def increments(
     """
     if bandwidth is None:
         return jnp.diff(one, axis=0) @ jnp.diff(other, axis=0).T
-    squared = sum((one[:, None, axis] - other[None, :, axis]) ** 2 for axis in range(one.shape[-1]))
+    squared = jnp.sum((one[:, None] - other[None]) ** 2, axis=-1)
     return jnp.diff(jnp.diff(jnp.exp(-squared / bandwidth), axis=0), axis=1)
 
 
 def goursat(delta: Float[Array, "a b"], dyadic_order: int) -> Float[Array, ""]:
-    """k at the end of both paths, from Δ of their segments.
+    """The kernel at the end of both paths, from Δ of their segments.
 
     Args:
         delta: Shape (a, b).
-        dyadic_order: n; each cell is cut into 2ⁿ × 2ⁿ. The error falls by four with each.
+        dyadic_order: n; each cell is cut into 2ⁿ × 2ⁿ. The error falls by four with each, once small.
     """
     parts = 2**dyadic_order
     rows, columns = delta.shape[0] * parts, delta.shape[1] * parts
