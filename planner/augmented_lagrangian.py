@@ -6,8 +6,8 @@ E/E_ref + w·smoothness + Σ_i [max(0, μ_i + ρ g_i)² − μ_i²]/(2ρ), after
 
 The acceleration limit makes this stiff: it is a second difference, so its curvature grows with the fourth power of the
 number of knots. Each round therefore works in coordinates y with z = z₀ + C·(s ∘ y), C the cosine basis over time and s
-the inverse root of the curvature that speed and acceleration limits give each frequency: a constant matrix kernel, by which
-the metric reached with the same number of steps is two to five times lower (benchmarks/README.md).
+the inverse root of the curvature that speed and acceleration limits give each frequency: a constant matrix kernel, by
+which the metric reached with the same number of steps is two to five times lower (benchmarks/README.md).
 
 E falls by orders of magnitude on the way. E_ref follows it, so the balance with the constraints stays the same in every
 round, and the multipliers are rescaled with it.

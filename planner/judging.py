@@ -13,8 +13,8 @@ from planner.trajectory import Samples, Trajectory
 
 # Samples on each segment when a metric is reported.
 REPORT_SAMPLES = 4
-# In the cost, what a whole flight at the acceleration limit adds, as a share of the metric of a path that stands still in
-# the worst place: enough to choose between equal coverages, not enough to give any up.
+# What a whole flight at the acceleration limit adds to the cost: enough to choose between equal coverages, not enough
+# to give any up.
 SMOOTHNESS_WEIGHT = 1e-6
 
 

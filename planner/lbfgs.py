@@ -83,7 +83,7 @@ def init(objective: ValueAndGradient, position: Float[Array, "size"], first_step
     )
 
 
-def step(objective: ValueAndGradient, state: State, precondition: Precondition | None = None) -> tuple[State, Info]:
+def step(objective: ValueAndGradient, state: State) -> tuple[State, Info]:
     """Try one point.
 
     Args:

@@ -53,7 +53,8 @@ class Plan:
         status: How the solve ended.
         candidates: In the order of the seeds.
         selected: Index of the path to fly; None where no candidate passed the gate.
-        lawnmower_ergodic_metric: The baseline: the best lawnmower of the selected path's length over the same free space.
+        lawnmower_ergodic_metric: The baseline: the best lawnmower of the selected path's length over the same free
+            space.
         diversity: How different the candidates are.
         steps: Optimisation steps taken.
     """

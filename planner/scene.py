@@ -193,25 +193,28 @@ def scene_of(problem: Problem, options: Options, segments: int, samples_per_segm
     slack_m = min(spacing_m**2 / (8.0 * max(problem.keep_out_m, 1e-3)), 0.5 * spacing_m) + 0.01 * problem.keep_out_m
     end = problem.start.position_m if problem.end_position_m is None else problem.end_position_m
     fence = KeepIn.everywhere() if problem.fence_polygon_m is None else KeepIn.of(problem.fence_polygon_m)
-    scene = Scene(
+
+    def single(value: float | np.ndarray) -> Array:
+        return jnp.asarray(value, jnp.float32)
+
+    return Scene(
         metric=metric,
-        origin_m=workspace.box_min_m,
-        lengths_m=workspace.lengths_m,
-        first=workspace.unit_from_enu(control_points_at_start(problem.start, interval_s)),
-        end=workspace.unit_from_enu(end),
-        end_is_fixed=np.float32(problem.end_position_m is not None),
-        knot_interval_s=np.float32(interval_s),
-        max_speed_mps=np.float32(LIMIT_SHARE * limits.max_speed_mps),
-        max_climb_mps=np.float32(LIMIT_SHARE * limits.max_climb_mps),
-        max_descent_mps=np.float32(LIMIT_SHARE * limits.max_descent_mps),
-        max_acceleration_mps2=np.float32(LIMIT_SHARE * limits.max_acceleration_mps2),
-        obstacles=problem.obstacles,
-        fence=fence,
-        keep_out_m=np.float32(problem.keep_out_m + slack_m),
-        slack_m=np.float32(slack_m),
+        origin_m=single(workspace.box_min_m),
+        lengths_m=single(workspace.lengths_m),
+        first=single(workspace.unit_from_enu(control_points_at_start(problem.start, interval_s))),
+        end=single(workspace.unit_from_enu(end)),
+        end_is_fixed=single(problem.end_position_m is not None),
+        knot_interval_s=single(interval_s),
+        max_speed_mps=single(LIMIT_SHARE * limits.max_speed_mps),
+        max_climb_mps=single(LIMIT_SHARE * limits.max_climb_mps),
+        max_descent_mps=single(LIMIT_SHARE * limits.max_descent_mps),
+        max_acceleration_mps2=single(LIMIT_SHARE * limits.max_acceleration_mps2),
+        obstacles=jax.tree.map(single, problem.obstacles),
+        fence=jax.tree.map(single, fence),
+        keep_out_m=single(problem.keep_out_m + slack_m),
+        slack_m=single(slack_m),
         samples_per_segment=samples_per_segment,
     )
-    return jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), scene)
 
 
 def free_from_control(

@@ -1,7 +1,7 @@
 """Which candidate to fly: the likelihood heuristic, among those that passed the gate.
 
-SVES selects argmax_i exp(−λL(x_i)). The exponential underflows in single precision near λL = 88, so this is the argmin of
-L, with everything refused or not finite at +∞.
+SVES selects argmax_i exp(−λL(x_i)). The exponential underflows in single precision near λL = 88, so this is the argmin
+of L, with everything refused or not finite at +∞.
 """
 
 from __future__ import annotations

@@ -2,7 +2,7 @@
 
 seeds → Stein steps, together → rounds of multipliers, each on its own → gate → selection.
 
-The caller owns the clock: `out_of_time` is asked between the compiled pieces, and the best proven set so far comes back.
+The caller owns the clock: `out_of_time` is asked between the compiled pieces, and the best proven set so far returns.
 """
 
 from __future__ import annotations

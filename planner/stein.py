@@ -9,12 +9,12 @@
 | γ      | `repulsion_weight`  | 1    |                 |
 
 Departures from the paper:
-1. Repulsion fades (cosine to zero over the first three quarters): kept up, it holds every path away from its optimum, and
-   a set of bad paths is no choice.
+1. Repulsion fades (cosine to zero over the first three quarters): kept up, it holds every path away from its optimum,
+   and a set of bad paths is no choice.
 2. The direction is smoothed over time by (I + αD₂ᵀD₂)⁻¹, a constant matrix kernel: a plain gradient moves single points
    and makes kinks that speed and acceleration limits then undo.
-3. Steps have a given length, annealed, with momentum: the metric falls by orders of magnitude on the way and no single ε
-   suits both ends. `sves_step` is the paper's own.
+3. Steps have a given length, annealed, with momentum: the metric falls by orders of magnitude on the way and no single
+   ε suits both ends. `sves_step` is the paper's own.
 """
 
 from __future__ import annotations

@@ -15,6 +15,7 @@ curve, and a curve can be joined to any position, velocity and acceleration (`co
 from __future__ import annotations
 
 import dataclasses
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -189,8 +190,8 @@ def interpolating(
     points = np.array(points_m, dtype=float)
     points[0] = start.position_m
     times = np.arange(len(points)) * knot_interval_s
-    curve = CubicSpline(times, points, bc_type=((1, start.velocity_mps), (1, np.zeros(3))))
-    curvature = np.concatenate([curve(times, 2)])
+    clamped: Any = ((1, start.velocity_mps), (1, np.zeros(3)))
+    curvature = CubicSpline(times, points, bc_type=clamped)(times, 2)
     inner = points - curvature * knot_interval_s**2 / 6.0
     first = inner[1] - 2.0 * knot_interval_s * start.velocity_mps
     last = inner[-2]

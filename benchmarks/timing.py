@@ -1,0 +1,35 @@
+"""How the benchmarks time: after a warm-up, contenders in turn, medians."""
+
+from __future__ import annotations
+
+import os
+import platform
+import time
+from collections.abc import Callable, Mapping
+
+import jax
+import numpy as np
+
+
+def machine() -> str:
+    """One line on where this ran."""
+    devices = ", ".join(sorted({device.device_kind for device in jax.devices()}))
+    return f"{platform.machine()}, {os.cpu_count()} cores, jax {jax.__version__} on {devices}"
+
+
+def interleaved_ms(contenders: Mapping[str, Callable[[], object]], repeats: int) -> dict[str, float]:
+    """Median milliseconds of each contender, run in turn so that a drifting machine treats all alike.
+
+    Args:
+        contenders: Name to a call whose result is a jax value (waited for) or anything else.
+        repeats: Counted runs each, after one that is not counted.
+    """
+    times: dict[str, list[float]] = {name: [] for name in contenders}
+    for call in contenders.values():
+        jax.block_until_ready(call())
+    for _ in range(repeats):
+        for name, call in contenders.items():
+            started = time.perf_counter()
+            jax.block_until_ready(call())
+            times[name].append(1e3 * (time.perf_counter() - started))
+    return {name: float(np.median(values)) for name, values in times.items()}
