@@ -285,7 +285,7 @@ def _inspect_ends(found: _Findings, problem: Problem) -> None:
 
 def _length_m(velocity: Float[np.ndarray, "piece 3 3"], interval_s: float) -> float:
     """Length by Gauss quadrature of the speed over each piece."""
-    node, weight = np.polynomial.legendre.leggauss(8)
+    node, weight = np.polynomial.legendre.leggauss(16)
     u = 0.5 * (node + 1.0)
     basis = np.stack([(1.0 - u) ** 2, 2.0 * u * (1.0 - u), u**2], axis=1)
     speed = np.linalg.norm(np.einsum("nb,pba->pna", basis, velocity), axis=2)

@@ -66,7 +66,7 @@ def dense(curve: Trajectory, count: int = 20_001):
 
 
 @given(st.integers(0, 2**32 - 1))
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=60, deadline=None)
 def test_extrema_are_those_of_a_dense_sampling_and_never_below(seed: int) -> None:
     rng = np.random.default_rng(seed)
     curve = random_curve(rng)
@@ -83,7 +83,7 @@ def test_extrema_are_those_of_a_dense_sampling_and_never_below(seed: int) -> Non
         assert sampled <= measured * (1.0 + 1e-9)
         assert measured <= sampled * (1.0 + 1e-3)
     steps = np.linalg.norm(np.diff(samples.position_m, axis=0), axis=1)
-    assert report.length_m == pytest.approx(steps.sum(), rel=1e-4)
+    assert report.length_m == pytest.approx(steps.sum(), rel=3e-4)
 
 
 @given(st.integers(0, 2**32 - 1), st.integers(0, 4))
