@@ -124,6 +124,8 @@ def read_raster(
     values = (rows[::-1] if north_first else rows).T
     anchor = np.array(values.shape) / 2.0
     if anchor_at_peak:
+        if not np.isfinite(values).any():
+            raise ValueError(f"{path.name} holds nothing but NaN, so it has no peak to anchor")
         anchor = np.array(np.unravel_index(int(np.nanargmax(values)), values.shape)) + 0.5
     return Raster(values, np.asarray(center_m) - anchor * cell_m, np.array([cell_m, cell_m]))
 

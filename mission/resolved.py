@@ -81,8 +81,6 @@ def _listed(value: Any) -> Any:
 
 
 def _source_of(path: str, document: Document) -> Source:
-    if any(path == given or path.startswith(f"{given}.") for given in document.overridden):
-        return Source.COMMAND_LINE
     place: Any = document.data
     for step in path.split("."):
         if isinstance(place, list) and step.isdecimal() and int(step) < len(place):
@@ -95,4 +93,5 @@ def _source_of(path: str, document: Document) -> Source:
             section, _, key = path.partition(".")
             figures = next(iter(PRESETS.values()))
             return Source.PRESET if section == "vehicle" and key in figures else Source.DEFAULT
-    return Source.FILE
+    overridden = any(path == given or path.startswith(f"{given}.") for given in document.overridden)
+    return Source.COMMAND_LINE if overridden else Source.FILE

@@ -40,7 +40,7 @@ def solids_of(entry: Obstacle | NoFly, origin: GeodeticPoint) -> tuple[shapes.Ob
                 for building in read_buildings(entry, origin)
             )
         case entries.Points() | entries.Mesh() | entries.Voxels() | entries.Terrain():
-            raise NotImplementedError
+            raise ValueError("not yet")
 
 
 def solids_in(mission: Mission) -> Iterator[shapes.Obstacle]:

@@ -81,20 +81,20 @@ class Section(BaseModel):
         yield from ()
 
 
-def _geodetic(value: object, numbers: tuple[int, ...]) -> list[float]:
-    """The numbers of `{ lla_deg_m = [latitude, longitude, altitude] }`, checked."""
+def _geodetic(value: object, numbers: tuple[int, ...], ground_m: float) -> GeodeticPoint:
+    """The point of `{ lla_deg_m = [latitude, longitude, altitude] }`, checked; on the ground where no altitude is."""
     if not isinstance(value, list) or len(value) not in numbers:
         raise PydanticCustomError("lla", "write lla_deg_m = [latitude, longitude, altitude above sea level]")
     if not all(isinstance(number, int | float) and not isinstance(number, bool) for number in value):
         raise PydanticCustomError("lla", "latitude, longitude and altitude must be numbers")
     latitude, longitude, *rest = (float(number) for number in value)
-    altitude = rest[0] if rest else 0.0
+    altitude = rest[0] if rest else ground_m
     if not (abs(latitude) <= 90.0 and abs(longitude) <= 180.0 and abs(altitude) <= LOCAL_PLANE_M):
         raise PydanticCustomError(
             "lla",
             "latitude must lie within ±90°, longitude within ±180° and altitude be in metres: are the two exchanged?",
         )
-    return [latitude, longitude, altitude]
+    return GeodeticPoint(latitude, longitude, altitude)
 
 
 def _context(info: ValidationInfo) -> Context:
@@ -108,11 +108,11 @@ def _enu_from_file(value: object, info: ValidationInfo, numbers: tuple[int, ...]
         return value
     if list(value) != ["lla_deg_m"]:
         raise PydanticCustomError("lla", "write a list of metres, or {{ lla_deg_m = [latitude, longitude, altitude] }}")
-    latitude, longitude, altitude = _geodetic(value["lla_deg_m"], numbers)
-    context = _context(info)
-    if context.origin is None:
+    origin = _context(info).origin
+    point = _geodetic(value["lla_deg_m"], numbers, origin.altitude_amsl_m if origin is not None else 0.0)
+    if origin is None:
         raise PydanticCustomError(ORIGIN_MISSING, "site.origin is needed to place it")
-    enu = enu_from_geodetic(GeodeticPoint(latitude, longitude, altitude), context.origin)
+    enu = enu_from_geodetic(point, origin)
     if max(abs(axis) for axis in enu) > LOCAL_PLANE_M:
         raise PydanticCustomError(
             "lla",

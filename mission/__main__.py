@@ -1,0 +1,5 @@
+"""`python -m mission` is the `mission` command."""
+
+from mission.cli import main
+
+main()
