@@ -1,0 +1,189 @@
+"""A density and its gradient at any point: what a metric that needs p(x) itself asks for.
+
+| symbol | identifier      | unit       | shape      |
+|--------|-----------------|------------|------------|
+| p      | `field(points)` | 1/unit^axes| time       |
+| g_v    | `kernel_sum`    | 1/unit^axes| time       |
+| v      | `variance`      | unit², rad²| axis       |
+
+Places are in the unit cube; a heading, where there is one, is the last axis, in radians, and wraps around.
+"""
+
+from __future__ import annotations
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from planner.information import DensityGrid
+from planner.trajectory import BLEND
+
+ROWS_AT_ONCE = 128
+# Beyond the box the field goes on a little, so that a path that strays outside is still drawn back.
+MARGIN_UNIT = 0.125
+FEWEST_NODES = 24
+MOST_NODES = 160
+
+ValueAndSlope = tuple[Float[Array, "time"], Float[Array, "time axis"]]
+
+
+class SampleField(eqx.Module):
+    """A mixture of equal normal densities around weighted samples: cost linear in the number of axes.
+
+    Attributes:
+        centers: Shape (sample, axis).
+        weight: Shape (sample,), sums to one.
+        variance: Shape (axis,).
+        wraps: Whether the last axis is a heading.
+    """
+
+    centers: Float[Array, "sample axis"]
+    weight: Float[Array, "sample"]
+    variance: Float[Array, "axis"]
+    wraps: bool = eqx.field(static=True)
+
+    def __call__(self, points: Float[Array, "time axis"]) -> ValueAndSlope:
+        """Density and gradient at points."""
+        return kernel_sum(points, self.centers, self.weight, self.variance, self.wraps)
+
+
+class GridField(eqx.Module):
+    """A density on a regular grid, interpolated by cubic splines: its gradient is continuous.
+
+    Attributes:
+        coefficients: Spline coefficients at the nodes.
+        low: Place of the first node, unit cube.
+        spacing: Distance of the nodes.
+    """
+
+    coefficients: Float[Array, "n0 n1 n2"]
+    low: Float[Array, "3"]
+    spacing: Float[Array, "3"]
+
+    def __call__(self, points: Float[Array, "time 3"]) -> ValueAndSlope:
+        """Density and gradient at points; constant outside the nodes."""
+        shape = self.coefficients.shape
+        index, value, slope = [], [], []
+        for axis in range(3):
+            place = jnp.clip((points[:, axis] - self.low[axis]) / self.spacing[axis], 1.0, shape[axis] - 2.001)
+            first = jnp.floor(place)
+            part = place - first
+            ones = jnp.ones_like(part)
+            value.append(jnp.stack([ones, part, part**2, part**3], axis=1) @ BLEND.astype(points.dtype))
+            rates = jnp.stack([jnp.zeros_like(part), ones, 2.0 * part, 3.0 * part**2], axis=1)
+            slope.append(rates @ BLEND.astype(points.dtype) / self.spacing[axis])
+            index.append(first.astype(jnp.int32)[:, None] + np.arange(-1, 3))
+        window = self.coefficients[index[0][:, :, None, None], index[1][:, None, :, None], index[2][:, None, None, :]]
+        along = jnp.einsum("tabc,tc->tab", window, value[2])
+        density = jnp.einsum("tab,ta,tb->t", along, value[0], value[1])
+        gradient = jnp.stack(
+            [
+                jnp.einsum("tab,ta,tb->t", along, slope[0], value[1]),
+                jnp.einsum("tab,ta,tb->t", along, value[0], slope[1]),
+                jnp.einsum("tabc,ta,tb,tc->t", window, value[0], value[1], slope[2]),
+            ],
+            axis=-1,
+        )
+        return density, gradient
+
+
+def grid_field(
+    information: DensityGrid,
+    variance: Float[np.ndarray, "3"] | None = None,
+    counts: tuple[bool, bool, bool] = (True, True, True),
+) -> GridField:
+    """The density of a grid of cells per unit of the unit cube, as it is or blurred by a normal density.
+
+    Args:
+        information: Mass per cell; outside the box there is none.
+        variance: v of the normal density it is convolved with, exactly; None: each node takes the mean density of the
+            piece of space around it.
+        counts: Which axes matter; along the others the density is the same everywhere.
+    """
+    from scipy.ndimage import spline_filter
+
+    mass = information.mass
+    per_axis, low, spacing = [], [], []
+    for axis, cells in enumerate(mass.shape):
+        wanted = 1.0 / cells if variance is None else 0.5 * float(np.sqrt(variance[axis]))
+        nodes = int(np.clip(np.ceil((1.0 + 2.0 * MARGIN_UNIT) / wanted), FEWEST_NODES, MOST_NODES))
+        place = np.linspace(-MARGIN_UNIT, 1.0 + MARGIN_UNIT, nodes)
+        step = place[1] - place[0]
+        if counts[axis]:
+            edges = np.linspace(0.0, 1.0, cells + 1)
+            blur = None if variance is None else float(variance[axis])
+            per_axis.append(_mean_over_cells(place, edges, step, blur))
+        else:
+            per_axis.append(np.ones((nodes, cells)))
+        low.append(place[0])
+        spacing.append(step)
+    density = np.einsum("xyz,ax,by,cz->abc", mass, *per_axis, optimize=True)
+    coefficients = spline_filter(density, order=3, mode="mirror")
+    return GridField(
+        jnp.asarray(coefficients, jnp.float32), jnp.asarray(low, jnp.float32), jnp.asarray(spacing, jnp.float32)
+    )
+
+
+def density_at_centers(
+    information: DensityGrid,
+    variance: Float[np.ndarray, "3"] | None = None,
+    counts: tuple[bool, bool, bool] = (True, True, True),
+) -> Float[np.ndarray, "nx ny nz"]:
+    """What `grid_field` interpolates, at the centres of the cells."""
+    per_axis = []
+    for axis, cells in enumerate(information.mass.shape):
+        edges = np.linspace(0.0, 1.0, cells + 1)
+        place = 0.5 * (edges[1:] + edges[:-1])
+        blur = None if variance is None else float(variance[axis])
+        per_axis.append(_mean_over_cells(place, edges, 1.0 / cells, blur) if counts[axis] else np.ones((cells, cells)))
+    return np.einsum("xyz,ax,by,cz->abc", information.mass, *per_axis, optimize=True)
+
+
+def kernel_sum(
+    points: Float[Array, "time axis"],
+    centers: Float[Array, "sample axis"],
+    weight: Float[Array, "sample"],
+    variance: Float[Array, "axis"],
+    wraps: bool,
+) -> ValueAndSlope:
+    """Σ_m w_m g(x, y_m) and its gradient in x, g the normal density of variance v (wrapped on a heading).
+
+    Some rows at a time: points × samples never lie in memory at once.
+    """
+    straight, spread = (centers[:, :-1], variance[:-1]) if wraps else (centers, variance)
+    norm = jnp.prod(2.0 * jnp.pi * spread) ** -0.5
+
+    def row(point: Float[Array, "axis"]) -> tuple[Array, Array]:
+        place = point[: straight.shape[1]]
+        density = norm * weight * jnp.exp(-0.5 * jnp.sum((place - straight) ** 2 / spread, axis=-1))
+        if not wraps:
+            return jnp.sum(density), (density @ straight - jnp.sum(density) * place) / spread
+        around, turn = _wrapped_normal(point[-1] - centers[:, -1], variance[-1])
+        both = density * around
+        gradient = (both @ straight - jnp.sum(both) * place) / spread
+        return jnp.sum(both), jnp.concatenate([gradient, jnp.dot(density, turn)[None]])
+
+    return jax.lax.map(row, points, batch_size=min(ROWS_AT_ONCE, points.shape[0]))
+
+
+def _wrapped_normal(angle: Float[Array, "sample"], variance: Float[Array, ""]) -> tuple[Array, Array]:
+    """The wrapped normal density on the circle and its derivative; one image on either side is exact up to 1 rad²."""
+    turned = jnp.mod(angle + jnp.pi, 2.0 * jnp.pi) - jnp.pi
+    images = turned[:, None] + 2.0 * jnp.pi * np.arange(-1, 2)
+    density = jnp.exp(-0.5 * images**2 / variance) * (2.0 * jnp.pi * variance) ** -0.5
+    return jnp.sum(density, axis=-1), -jnp.sum(density * images, axis=-1) / variance
+
+
+def _mean_over_cells(
+    place: Float[np.ndarray, "node"], edges: Float[np.ndarray, "edge"], step: float, variance: float | None
+) -> Float[np.ndarray, "node cell"]:
+    """What a unit mass spread over each cell gives as density at each node."""
+    if variance is None:
+        low, high = place[:, None] - 0.5 * step, place[:, None] + 0.5 * step
+        shared = np.minimum(high, edges[None, 1:]) - np.maximum(low, edges[None, :-1])
+        return np.maximum(shared, 0.0) / (step * np.diff(edges))
+    from scipy.special import ndtr
+
+    return -np.diff(ndtr((place[:, None] - edges[None, :]) / np.sqrt(variance)), axis=1) / np.diff(edges)

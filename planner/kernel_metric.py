@@ -1,0 +1,240 @@
+"""The kernel ergodic metric (KES: Fast Ergodic Search with Kernel Functions, Sun et al.), for places and for poses.
+
+E = ∫ p·P − 2 Σ_t w_t P(x_t) + Σ_t Σ_s w_t w_s g_θ(x_t, x_s), g_θ the normalised normal density of variance θ, P the
+information's density. Linear in the number of axes, quadratic in the samples; the heading, where there is one, is the
+last axis and wraps around (R³ × S¹).
+
+| symbol | identifier       | unit        | shape      |
+|--------|------------------|-------------|------------|
+| x_t    | `points`         | unit (, rad)| time axis  |
+| w_t    | `time_weight`    | 1           | time       |
+| θ      | `variance`       | unit², rad² | axis       |
+| P      | `attraction`     | 1/unit^axes |            |
+
+Departures from the paper:
+
+1. P is p blurred by g_θ where the paper has p itself (`Attraction.AS_PRINTED`). Then E is a squared distance of
+   measures (maximum mean discrepancy): it is never negative and least at p. As printed, a uniform p does not attract
+   inside the box while the path's own repulsion drives it to the walls.
+2. With memory: what was covered takes part in both sums with its share of the whole time.
+"""
+
+from __future__ import annotations
+
+import enum
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float
+
+from planner.density_field import GridField, SampleField, density_at_centers, grid_field, kernel_sum
+from planner.information import DensityGrid
+from planner.kernel_variance import select_variance, silverman_variance
+
+IGNORED_VARIANCE = 1.0 / (2.0 * np.pi)
+"""Of an axis that does not count: there the normal density of a difference of zero is one."""
+
+MOST_COVERED = 1024
+PARAMETER_SAMPLES = 256
+
+
+class Attraction(enum.Enum):
+    """What draws a path: the density blurred by the kernel, or the density as in the paper."""
+
+    BLURRED = "blurred"
+    AS_PRINTED = "as printed"
+
+
+class KernelMetric(eqx.Module):
+    """E of a path in the unit cube, against a density, with memory.
+
+    Attributes:
+        attraction: P, value and gradient.
+        variance: θ of each axis.
+        counts: 1 for the axes that matter, else 0.
+        constant: What the path has no part in.
+        covered: Places (poses) covered before, shape (sample, axis).
+        covered_weight: Share of the whole time that each stands for.
+        covered_share: Their sum, in [0, 1).
+        wraps: Whether the last axis is a heading.
+    """
+
+    attraction: GridField | SampleField
+    variance: Float[Array, "axis"]
+    counts: Float[Array, "axis"]
+    constant: Float[Array, ""]
+    covered: Float[Array, "sample axis"]
+    covered_weight: Float[Array, "sample"]
+    covered_share: Float[Array, ""]
+    wraps: bool = eqx.field(static=True)
+
+    def __call__(self, points: Float[Array, "time axis"], time_weight: Float[Array, "time"]) -> Float[Array, ""]:
+        """E of one path, differentiable in the positions (value and gradient cost one pass).
+
+        Args:
+            points: Samples in the unit cube; with a heading in the fourth column where the metric has one.
+            time_weight: Share of the path's time that each sample stands for; sums to one.
+        """
+        return _kernel_metric(self, points * self.counts, time_weight)
+
+
+def kernel_metric(
+    information: DensityGrid,
+    *,
+    attraction: Attraction = Attraction.BLURRED,
+    counts: tuple[bool, bool, bool] = (True, True, True),
+    variance_unit2: Float[np.ndarray, "3"] | None = None,
+    covered_unit: Float[np.ndarray, "sample 3"] | None = None,
+    covered_share: float = 0.0,
+    seed: int = 0,
+) -> KernelMetric:
+    """The metric of places (R³) for information on a grid.
+
+    Args:
+        information: Where time should be spent.
+        attraction: What draws a path.
+        counts: Which axes matter (as modes above one do in the spectral metric).
+        variance_unit2: θ; None: by KES eq. (30) on samples of the information.
+        covered_unit: Places flown over before, equally long apart.
+        covered_share: Their share of the whole time.
+        seed: Of the samples.
+
+    Raises:
+        ValueError: No axis counts, or a share of the past without places or not in [0, 1).
+    """
+    if not any(counts):
+        raise ValueError("a metric needs an axis that counts, got none")
+    mask = np.array(counts)
+    plain = grid_field(information, counts=counts)
+    variance = np.full(3, IGNORED_VARIANCE)
+    if variance_unit2 is None:
+        samples = sampled(information, PARAMETER_SAMPLES, np.random.default_rng(seed))
+        slope = np.asarray(plain(jnp.asarray(samples, jnp.float32))[1], dtype=float)
+        variance[mask] = select_variance(samples[:, mask], slope[:, mask], wraps=False)
+    else:
+        variance[mask] = np.asarray(variance_unit2, dtype=float)[mask]
+    blur = None if attraction is Attraction.AS_PRINTED else variance
+    field = plain if blur is None else grid_field(information, blur, counts)
+    own = float(np.sum(information.mass * density_at_centers(information, blur, counts)))
+    return _with_memory(field, variance, mask.astype(float), own, covered_unit, covered_share, wraps=False)
+
+
+def pose_metric(
+    samples: Float[np.ndarray, "sample 4"],
+    weight: Float[np.ndarray, "sample"],
+    *,
+    attraction: Attraction = Attraction.BLURRED,
+    variance: Float[np.ndarray, "4"] | None = None,
+    covered: Float[np.ndarray, "sample 4"] | None = None,
+    covered_share: float = 0.0,
+) -> KernelMetric:
+    """The metric of poses (R³ × S¹) for information given as weighted poses.
+
+    The density is the mixture of normal densities around them, as wide as Silverman's rule says.
+
+    Args:
+        samples: Place in the unit cube and heading in radians.
+        weight: Not negative, not all zero.
+        attraction: What draws a path.
+        variance: θ, unit² and rad²; None: by KES eq. (30) on the samples.
+        covered: Poses flown before, equally long apart.
+        covered_share: Their share of the whole time.
+
+    Raises:
+        ValueError: Weights that do not weigh, or a share of the past without poses or not in [0, 1).
+    """
+    share = np.asarray(weight, dtype=float)
+    if (share < 0.0).any() or not share.sum() > 0.0:
+        raise ValueError("poses need weights that are not negative and not all zero")
+    share = share / share.sum()
+    poses = np.asarray(samples, dtype=float)
+    width = silverman_variance(poses, share, wraps=True)
+    plain = _sample_field(poses, share, width, wraps=True)
+    if variance is None:
+        slope = np.asarray(plain(plain.centers)[1], dtype=float)
+        theta = select_variance(poses, slope, wraps=True, weight=share)
+    else:
+        theta = np.asarray(variance, dtype=float)
+    # Normal densities blur each other by adding their variances.
+    field = plain if attraction is Attraction.AS_PRINTED else _sample_field(poses, share, width + theta, wraps=True)
+    spread = _sample_field(poses, share, width + np.asarray(field.variance), wraps=True)
+    own = float(np.dot(np.asarray(spread(spread.centers)[0]), share))
+    return _with_memory(field, theta, np.ones(4), own, covered, covered_share, wraps=True)
+
+
+def sampled(information: DensityGrid, count: int, generator: np.random.Generator) -> Float[np.ndarray, "sample 3"]:
+    """Random places (unit cube) drawn from a density."""
+    mass = information.mass.ravel()
+    cells = generator.choice(len(mass), size=count, p=mass / mass.sum())
+    index = np.stack(np.unravel_index(cells, information.mass.shape), axis=-1)
+    return (index + generator.uniform(size=(count, 3))) / np.array(information.mass.shape)
+
+
+def _sample_field(
+    poses: Float[np.ndarray, "sample axis"], share: np.ndarray, variance: np.ndarray, wraps: bool
+) -> SampleField:
+    arrays = (jnp.asarray(array, jnp.float32) for array in (poses, share, variance))
+    return SampleField(*arrays, wraps=wraps)
+
+
+def _with_memory(
+    field: GridField | SampleField,
+    variance: np.ndarray,
+    counts: np.ndarray,
+    own: float,
+    covered: Float[np.ndarray, "sample axis"] | None,
+    covered_share: float,
+    wraps: bool,
+) -> KernelMetric:
+    """The metric, with the past's part of the sums worked out."""
+    if not 0.0 <= covered_share < 1.0 or (covered_share > 0.0 and (covered is None or len(covered) == 0)):
+        raise ValueError(f"a share of the past lies in [0, 1) and needs places, got {covered_share}")
+    past = np.zeros((0, len(variance))) if covered is None or covered_share == 0.0 else np.asarray(covered, dtype=float)
+    if len(past) > MOST_COVERED:
+        past = past[np.round(np.linspace(0, len(past) - 1, MOST_COVERED)).astype(int)]
+    places = jnp.asarray(past * counts, jnp.float32)
+    weight = jnp.full(len(past), covered_share / max(len(past), 1), jnp.float32)
+    theta = jnp.asarray(variance, jnp.float32)
+    if len(past) > 0:
+        mutual, _ = kernel_sum(places, places, weight, theta, wraps)
+        own += float(jnp.dot(weight, mutual - 2.0 * field(places)[0]))
+    return KernelMetric(
+        attraction=field,
+        variance=theta,
+        counts=jnp.asarray(counts, jnp.float32),
+        constant=jnp.asarray(own, jnp.float32),
+        covered=places,
+        covered_weight=weight,
+        covered_share=jnp.asarray(covered_share, jnp.float32),
+        wraps=wraps,
+    )
+
+
+@jax.custom_vjp
+def _kernel_metric(
+    metric: KernelMetric, points: Float[Array, "time axis"], time_weight: Float[Array, "time"]
+) -> Float[Array, ""]:
+    return _forward(metric, points, time_weight)[0]
+
+
+def _forward(metric, points, time_weight):  # noqa: ANN001 (custom_vjp's own signature)
+    share = (1.0 - metric.covered_share) * time_weight
+    pull, pull_slope = metric.attraction(points)
+    push, push_slope = kernel_sum(points, points, share, metric.variance, metric.wraps)
+    if metric.covered.shape[0] > 0:
+        past, past_slope = kernel_sum(points, metric.covered, metric.covered_weight, metric.variance, metric.wraps)
+        push, push_slope = push + 2.0 * past, push_slope + past_slope
+    value = metric.constant + jnp.dot(share, push - 2.0 * pull)
+    gradient = 2.0 * share[:, None] * (push_slope - pull_slope)
+    return value, (gradient, metric, time_weight)
+
+
+def _backward(saved, cotangent):  # noqa: ANN001 (custom_vjp's own signature)
+    gradient, metric, time_weight = saved
+    # Only positions are optimised: density, variance and times are data.
+    return jax.tree.map(jnp.zeros_like, metric), cotangent * gradient, jnp.zeros_like(time_weight)
+
+
+_kernel_metric.defvjp(_forward, _backward)
