@@ -7,6 +7,7 @@ limits; and a row a candidate.
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import matplotlib
 import numpy as np
@@ -18,9 +19,11 @@ from matplotlib.path import Path as Outline
 
 from mission.fence import planned_fence
 from mission.footprints import Footprint, footprints_of
-from mission.planning import Planned
 from planner.plan import Candidate
 from planner.trajectory import Samples
+
+if TYPE_CHECKING:
+    from mission.planning import Planned
 
 INK, SOFT, FAINT = "#1f2933", "#7b8794", "#cbd2d9"
 PATH, LIMIT, LINE, GOOD = "#d9480f", "#c92a2a", "#1c4e80", "#2b8a3e"
@@ -31,7 +34,7 @@ WIDTH_IN, MAP_IN, HEADING_IN, LEGEND_IN = 13.0, 7.1, 1.05, 1.0
 SERIES_SAMPLES = 1500
 MOST_ROWS = 12
 ARROWS = 14
-STYLE = {
+STYLE: dict[str, Any] = {
     "font.size": 9.0,
     "axes.edgecolor": SOFT,
     "axes.labelcolor": INK,

@@ -6,7 +6,7 @@ import math
 import platform
 from importlib import metadata
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
@@ -29,13 +29,15 @@ from mission.plan_file import (
     Spline,
     write_plan_file,
 )
-from mission.planning import Planned
 from mission.waypoints import Spare, waypoints_along
 from planner.plan import Candidate
 from planner.polygon import KeepIn
 from planner.problem import Problem
 from planner.trajectory import Trajectory
 from planner.yaw import headings
+
+if TYPE_CHECKING:
+    from mission.planning import Planned
 
 COARSE_SAMPLES = 400
 """Positions of each candidate in the plan file."""
