@@ -6,9 +6,8 @@ import dataclasses
 import enum
 import math
 
-from sim_bridge.frames import geodetic_from_enu
-
 from mission.plan_file import PlanFile
+from sim_bridge.frames import geodetic_from_enu
 from sim_bridge.state import GeodeticPoint, Vector
 
 SLOWEST_MPS = 0.2
@@ -84,11 +83,13 @@ def mission_items(plan: PlanFile) -> tuple[MissionItem, ...]:
         ValueError: More items than the autopilot holds.
     """
     origin = plan.origin.point()
-    home_up_m = plan.flight.home_enu_m[2]
+    home = home_of(plan)
 
-    def at(command: Command, position_enu_m: Vector, height_m: float, *params: float | None) -> MissionItem:
+    def at(command: Command, position_enu_m: Vector, params: tuple[float | None, ...]) -> MissionItem:
         place = geodetic_from_enu(position_enu_m, origin)
         p1, p2, p3, p4 = params
+        # Not the difference of "up": over kilometres the ground curves away below the local plane.
+        height_m = place.altitude_amsl_m - home.altitude_amsl_m
         return MissionItem(
             command, RELATIVE_TO_HOME, (p1, p2, p3, p4), place.latitude_deg, place.longitude_deg, height_m
         )
@@ -96,8 +97,8 @@ def mission_items(plan: PlanFile) -> tuple[MissionItem, ...]:
     def pace(speed_mps: float) -> MissionItem:
         return MissionItem(Command.CHANGE_SPEED, NOT_A_PLACE, (1.0, round(speed_mps, 2), -1.0, 0.0))
 
-    takeoff_m = plan.flight.takeoff_altitude_m
-    items = [at(Command.TAKEOFF, plan.flight.home_enu_m, takeoff_m, 0.0, 0.0, 0.0, None)]
+    east, north, up = plan.flight.home_enu_m
+    items = [at(Command.TAKEOFF, (east, north, up + plan.flight.takeoff_altitude_m), (0.0, 0.0, 0.0, None))]
     in_force = math.nan
     radius_m = acceptance_radius_m(plan)
     for waypoint in plan.waypoints:
@@ -105,13 +106,13 @@ def mission_items(plan: PlanFile) -> tuple[MissionItem, ...]:
         if not abs(wanted - in_force) <= SPEED_STEP * in_force:
             items.append(pace(wanted))
             in_force = wanted
-        height_m = waypoint.position_enu_m[2] - home_up_m
-        items.append(at(Command.WAYPOINT, waypoint.position_enu_m, height_m, 0.0, radius_m, 0.0, None))
+        items.append(at(Command.WAYPOINT, waypoint.position_enu_m, (0.0, radius_m, 0.0, None)))
     match plan.flight.end:
         case "return":
             items.append(MissionItem(Command.RETURN_TO_LAUNCH, NOT_A_PLACE, (0.0, 0.0, 0.0, 0.0)))
         case "land":
-            items.append(at(Command.LAND, plan.waypoints[-1].position_enu_m, 0.0, 0.0, 0.0, 0.0, None))
+            below = (*plan.waypoints[-1].position_enu_m[:2], up)
+            items.append(at(Command.LAND, below, (0.0, 0.0, 0.0, None)))
     if plan.flight.autopilot == "ardupilot" and len(items) >= ARDUPILOT_MOST_ITEMS:
         raise ValueError(
             f"the plan needs {len(items)} mission items and ArduPilot holds {ARDUPILOT_MOST_ITEMS}: plan a shorter "

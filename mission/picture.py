@@ -23,6 +23,8 @@ from planner.plan import Candidate
 from planner.trajectory import Samples
 
 if TYPE_CHECKING:
+    from matplotlib.typing import RcKeyType
+
     from mission.planning import Planned
 
 INK, SOFT, FAINT = "#1f2933", "#7b8794", "#cbd2d9"
@@ -34,7 +36,7 @@ WIDTH_IN, MAP_IN, HEADING_IN, LEGEND_IN = 13.0, 7.1, 1.05, 1.0
 SERIES_SAMPLES = 1500
 MOST_ROWS = 12
 ARROWS = 14
-STYLE: dict[str, Any] = {
+STYLE: dict[RcKeyType, Any] = {
     "font.size": 9.0,
     "axes.edgecolor": SOFT,
     "axes.labelcolor": INK,

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import enum
+from typing import TYPE_CHECKING
 
-from mission.plan_file import PlanFile
+if TYPE_CHECKING:
+    from mission.plan_file import PlanFile
 
 
 class Format(enum.Enum):

@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import json
 
-from sim_bridge.frames import geodetic_from_enu
-
 from mission.mission_items import MissionItem, home_of, mission_items
 from mission.plan_file import Corner, PlanFile
+from sim_bridge.frames import geodetic_from_enu
 
 RELATIVE_ALTITUDE_MODE = 1
 QUADROTOR = 2
@@ -44,8 +43,7 @@ def qgroundcontrol_plan(plan: PlanFile) -> str:
         return {"polygon": corners(polygon_enu_m), "inclusion": inclusion, "version": 1}
 
     home = home_of(plan)
-    home_up_m = plan.flight.home_enu_m[2]
-    rally = [(geodetic_from_enu(point, origin), point[2] - home_up_m) for point in plan.flight.rally_enu_m]
+    rally = [geodetic_from_enu(point, origin) for point in plan.flight.rally_enu_m]
     document = {
         "fileType": "Plan",
         "version": 1,
@@ -70,7 +68,10 @@ def qgroundcontrol_plan(plan: PlanFile) -> str:
         },
         "rallyPoints": {
             "version": 2,
-            "points": [[place.latitude_deg, place.longitude_deg, height] for place, height in rally],
+            "points": [
+                [place.latitude_deg, place.longitude_deg, place.altitude_amsl_m - home.altitude_amsl_m]
+                for place in rally
+            ],
         },
     }
     return json.dumps(document, indent=2, allow_nan=False) + "\n"
