@@ -83,9 +83,17 @@ class Connected:
 
 @dataclasses.dataclass(frozen=True)
 class Checked:
-    """How the checks before arming ended; a problem each that forbids the flight."""
+    """How the checks before arming ended.
+
+    Attributes:
+        problems: What forbids the flight.
+        notes: What is worth saying.
+        exploration: The curve to fly, slowed down where the vehicle is slower; None: as it was.
+    """
 
     problems: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+    exploration: Trajectory | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -112,6 +120,17 @@ class CourseBlocked:
     reason: str
 
 
+@dataclasses.dataclass(frozen=True)
+class Stalled:
+    """The stream was not renewed in time and braked by itself.
+
+    Attributes:
+        course: What it streams since.
+    """
+
+    course: Course
+
+
 Event = (
     VehicleState
     | Waiting
@@ -123,6 +142,7 @@ Event = (
     | WayFound
     | NewCourse
     | CourseBlocked
+    | Stalled
     | Operator
 )
 

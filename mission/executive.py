@@ -27,6 +27,7 @@ from mission.events import (
     Order,
     RunChecks,
     Say,
+    Stalled,
     Stream,
     WayFound,
 )
@@ -58,6 +59,7 @@ RECOVERIES = 3
 REJOINS = 3
 DISARM_AFTER_S = 5.0
 BLOCKED_RESERVE_S = 1.0
+ALARM_INTERVAL_S = 0.1
 
 _ALARM_TRIGGER = {
     Alarm.OUTSIDE: Trigger.OUTSIDE,
@@ -65,6 +67,9 @@ _ALARM_TRIGGER = {
     Alarm.TOO_CLOSE: Trigger.TOO_CLOSE,
     Alarm.OFF_TRACK: Trigger.OFF_TRACK,
 }
+
+_PASSES = (Trigger.TOO_CLOSE, Trigger.OFF_TRACK, Trigger.STALLED)
+"""What may pass by itself while holding."""
 
 
 class Executive:
@@ -108,6 +113,7 @@ class Executive:
         self._recoveries = 0
         self._rejoins = 0
         self._calm_since_s: float | None = None
+        self._alarmed_s = now_s
         self._grounded_since_s: float | None = None
         self._told_to_return = False
         self._waiting_for: tuple[str, ...] = ()
@@ -152,6 +158,10 @@ class Executive:
             case Checked():
                 for problem in event.problems:
                     self._say(problem, warning=True)
+                for note in event.notes:
+                    self._say(note)
+                if event.exploration is not None:
+                    self.exploration = event.exploration
                 self._fire(Trigger.CHECKS_FAILED if event.problems else Trigger.CHECKS_PASSED, now_s)
             case CommandDone():
                 self._command_done(event, now_s)
@@ -162,6 +172,8 @@ class Executive:
             case CourseBlocked():
                 self._blocked_s = event.curve_s
                 self._say(f"the course is blocked ahead: {event.reason}", warning=True)
+            case Stalled():
+                self._stalled(event.course, now_s)
             case MissionProgress():
                 last = self.assignment.mission_items - 1
                 if self.phase is Phase.AUTO_MISSION and event.reached is not None and event.reached >= last:
@@ -260,14 +272,15 @@ class Executive:
             self._fire(Trigger.MODE_TAKEN, now_s)
 
     def _watch_alarms(self, state: VehicleState, now_s: float) -> None:
-        if self.phase not in AIRBORNE or self.phase is Phase.LANDING:
+        if self.phase not in AIRBORNE or self.phase is Phase.LANDING or now_s - self._alarmed_s < ALARM_INTERVAL_S:
             return
+        self._alarmed_s = now_s
         point = self.course.at(now_s) if self.course is not None and self.phase in STREAMING else None
         alarms = self.monitors.alarms(state, self.home_m, self._consumption, point)
         for alarm in alarms:
             if self._fire(_ALARM_TRIGGER[alarm], now_s):
                 return
-        if self.phase is Phase.HOLDING and self._held_for in (Trigger.TOO_CLOSE, Trigger.OFF_TRACK):
+        if self.phase is Phase.HOLDING and self._held_for in _PASSES:
             self._recover(bool({Alarm.TOO_CLOSE, Alarm.OFF_TRACK} & set(alarms)), now_s)
 
     def _recover(self, alarmed: bool, now_s: float) -> None:
@@ -322,6 +335,13 @@ class Executive:
             self._actions.append(Stream(self.course))
         else:
             self._say("a new plan came too late and was dropped")
+
+    def _stalled(self, course: Course, now_s: float) -> None:
+        if self.phase in ON_COURSE:
+            self.course = course
+            self._fire(Trigger.STALLED, now_s)
+        else:
+            self._actions.append(Stream(self.course))
 
     # What time brings.
 

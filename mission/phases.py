@@ -72,6 +72,7 @@ class Trigger(enum.Enum):
     OUTSIDE = "outside the fence"
     TOO_CLOSE = "closer to an obstacle than allowed"
     OFF_TRACK = "too far from the course"
+    STALLED = "nobody watched the flight for too long"
     RECOVERED = "on the course again, at a safe distance"
     GIVEN_UP = "too many recoveries"
     BLOCKED = "new information blocks the course"
@@ -160,6 +161,7 @@ TABLE: tuple[Row, ...] = (
     Row(ON_COURSE, _T.PAUSE, _P.HOLDING, "paused by the operator"),
     Row(ON_COURSE, _T.TOO_CLOSE, _P.HOLDING, "closer to an obstacle than allowed"),
     Row(ON_COURSE, _T.OFF_TRACK, _P.HOLDING, "too far from the course"),
+    Row(ON_COURSE, _T.STALLED, _P.HOLDING, "the flight was not watched: the stream braked by itself"),
     Row((_P.TRANSIT,), _T.BLOCKED, _P.ENTERING, "new information blocks the way"),
     Row((_P.FOLLOWING,), _T.BLOCKED, _P.HOLDING, "new information blocks the course"),
     Row((_P.RETURNING,), _T.BLOCKED, _P.TURNING_BACK, "new information blocks the way home"),

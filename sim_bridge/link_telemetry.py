@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import math
 import os
-from collections.abc import Callable
 
 os.environ.setdefault("MAVLINK20", "1")
 from pymavlink.dialects.v20 import common as mavlink
 
+from sim_bridge.frames import VehicleFrame, enu_from_ned, yaw_ned_from_enu
 from sim_bridge.link_autopilot import Autopilot, flight_mode
 from sim_bridge.state import (
     FlightMode,
@@ -49,19 +49,14 @@ class Telemetry:
     """Takes messages in, gives states out.
 
     Args:
-        position_to_enu: The vehicle's local NED, with its origin, as the mission's ENU.
-        geodetic_to_enu: A geodetic point as the mission's ENU.
+        frame: Between the mission's frame and the vehicle's.
     """
 
-    def __init__(
-        self,
-        position_to_enu: Callable[[Autopilot, GeodeticPoint, Vector], Vector],
-        geodetic_to_enu: Callable[[GeodeticPoint], Vector],
-    ) -> None:
-        self._position_to_enu = position_to_enu
-        self._geodetic_to_enu = geodetic_to_enu
+    def __init__(self, frame: VehicleFrame) -> None:
+        self._frame = frame
         self.autopilot: Autopilot | None = None
         self.origin: GeodeticPoint | None = None
+        self.home: GeodeticPoint | None = None
         self.time_s = 0.0
         self.reboots = 0
         self._heartbeat: mavlink.MAVLink_heartbeat_message | None = None
@@ -91,7 +86,7 @@ class Telemetry:
             case mavlink.MAVLink_local_position_ned_message():
                 return self._position_heard(message)
             case mavlink.MAVLink_attitude_message():
-                self._yaw_enu_rad = _wrapped(0.5 * math.pi - message.yaw)
+                self._yaw_enu_rad = yaw_ned_from_enu(message.yaw)
             case mavlink.MAVLink_sys_status_message():
                 self._status = message
                 self._take_battery(message.battery_remaining)
@@ -102,7 +97,8 @@ class Telemetry:
             case mavlink.MAVLink_gps_global_origin_message():
                 self.origin = _geodetic(message.latitude, message.longitude, message.altitude)
             case mavlink.MAVLink_home_position_message():
-                self._home_m = self._geodetic_to_enu(_geodetic(message.latitude, message.longitude, message.altitude))
+                self.home = _geodetic(message.latitude, message.longitude, message.altitude)
+                self._home_m = self._frame.geodetic_enu(self.home)
             case mavlink.MAVLink_statustext_message():
                 return self._text_heard(message)
             case mavlink.MAVLink_mission_current_message():
@@ -191,11 +187,10 @@ class Telemetry:
         assert autopilot is not None, "likewise"
         assert yaw is not None, "likewise"
         mode, name = flight_mode(autopilot, heartbeat.custom_mode)
-        north, east, down = velocity_ned_mps
         return VehicleState(
             time_s=self.time_s,
-            position_enu_m=self._position_to_enu(autopilot, origin, position_ned_m),
-            velocity_enu_mps=(east, north, -down),
+            position_enu_m=self._frame.position_enu(autopilot, origin, position_ned_m),
+            velocity_enu_mps=enu_from_ned(velocity_ned_mps),
             yaw_enu_rad=yaw,
             armed=bool(heartbeat.base_mode & mavlink.MAV_MODE_FLAG_SAFETY_ARMED),
             mode=mode,
@@ -231,7 +226,3 @@ class Telemetry:
 
 def _geodetic(latitude_e7: int, longitude_e7: int, altitude_mm: int) -> GeodeticPoint:
     return GeodeticPoint(latitude_e7 * 1e-7, longitude_e7 * 1e-7, altitude_mm * 1e-3)
-
-
-def _wrapped(angle_rad: float) -> float:
-    return math.pi - (math.pi - angle_rad) % (2.0 * math.pi)

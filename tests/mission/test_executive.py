@@ -18,6 +18,7 @@ from mission.events import (
     Order,
     RunChecks,
     Say,
+    Stalled,
     Stream,
     WayFound,
 )
@@ -676,3 +677,18 @@ def test_whatever_happens_in_whatever_order_the_flight_ends(seed):
     given_up = flight.executive.why == "the vehicle was never heard again"
     assert not flight.vehicle.armed or given_up or flight.phase is Phase.HANDED_OVER
     assert flight.course is None
+
+
+def test_a_stream_that_braked_by_itself_is_taken_up_where_it_stands():
+    flight = Flight().exploring()
+    course = flight.executive.course
+    assert course is not None
+    braked = course.braking(flight.now_s)
+    flight.course = braked
+    flight.now_s += 3.0
+    flight.tell(Stalled(braked))
+    assert flight.phase is Phase.HOLDING
+    flight.run_for(8.0)
+    assert flight.phase is Phase.FOLLOWING
+    assert flight.run().phase is Phase.LANDED
+    assert largest_jump_mps(flight) <= LIMITS.max_speed_mps * 1.01

@@ -1,0 +1,216 @@
+"""What a flight needs done beside its loop: checks before arming, proven ways, and taking in what is pushed."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from mission import preflight
+from mission.belief import Belief
+from mission.course import vector
+from mission.events import Assignment, Checked, CourseBlocked, FindWay, Goal, Operator, Say
+from mission.executive import Executive
+from mission.fence import autopilot_fence, planned_fence
+from mission.information import density_of
+from mission.intake import Arrived, Intake, Push, merged, mixed
+from mission.mission_file import Mission
+from mission.monitors import Energy
+from mission.phases import ON_COURSE
+from mission.site import free_space
+from mission.solids import obstacle_field_of
+from mission.ways import find_way
+from planner import gate
+from planner.polygon import KeepIn
+from planner.problem import Problem
+from planner.trajectory import Motion, Trajectory
+from planner.workspace import Workspace
+from sim_bridge.link import Link, LinkError
+from sim_bridge.state import Vector, VehicleState
+
+_BLOCK_STEP_S = 0.1
+_OPERATOR = {"pause": Operator.PAUSE, "resume": Operator.RESUME, "return": Operator.RETURN, "land": Operator.LAND}
+
+Prepare = Callable[[], None]
+"""Does what else must be done before arming (uploads); its refusal is a LinkError."""
+
+
+class Ground:
+    """The parts of a flight that take longer than a tick, for one mission and one vehicle.
+
+    Args:
+        mission: What was asked.
+        belief: What is known.
+        link: The vehicle.
+        energy: What flying costs.
+        intake: Where pushes arrive.
+        assignment: What this flight is to do.
+        prepare: What else must be done before arming.
+    """
+
+    def __init__(
+        self,
+        mission: Mission,
+        belief: Belief,
+        link: Link,
+        energy: Energy,
+        intake: Intake,
+        assignment: Assignment,
+        prepare: Prepare,
+    ) -> None:
+        self.mission = mission
+        self._belief = belief
+        self._link = link
+        self._energy = energy
+        self._intake = intake
+        self._assignment = assignment
+        self._prepare = prepare
+
+    def check(self, state: VehicleState) -> Checked:
+        """Check the vehicle before arming."""
+        planned = self._belief.problem
+        settings = preflight.settings_of(self._link.autopilot, self._link.parameter, planned.limits)
+        factor = preflight.slowing_factor(planned.limits, settings.limits)
+        exploration = self._assignment.exploration
+        if factor > 1.0:
+            exploration = exploration.slowed(factor)
+            slower = dataclasses.replace(planned, limits=settings.limits, duration_s=planned.duration_s * factor)
+            self._belief.problem = slower
+        home = state.home_enu_m or state.position_enu_m
+        altitude_m = self._assignment.takeoff_altitude_m
+        problems = [
+            *settings.problems,
+            *preflight.place_problems(state, self.mission.home_enu_m, planned, altitude_m),
+        ]
+        if not problems:
+            problems += self._way_problems(state, home, exploration)
+        if not problems:
+            try:
+                self._prepare()
+            except LinkError as error:
+                problems.append(str(error))
+        return Checked(tuple(problems), settings.notes, exploration)
+
+    def _way_problems(self, state: VehicleState, home: Vector, exploration: Trajectory) -> list[str]:
+        """Whether there are ways to the exploration and home, and charge for them."""
+        altitude_m = self._assignment.takeoff_altitude_m
+        begin = vector(exploration.motion_at(exploration.start_s).position_m)
+        end = vector(exploration.motion_at(exploration.end_s).position_m)
+        try:
+            there = self.find_way(FindWay(Goal.EXPLORATION, _above(state.position_enu_m, altitude_m), begin))
+            back = self.find_way(FindWay(Goal.HOME, end, _above(home, altitude_m)))
+        except ValueError as error:
+            return [str(error)]
+        return preflight.energy_problems(
+            state,
+            self._energy,
+            there.duration_s + altitude_m / self._energy.climb_mps,
+            exploration.duration_s,
+            back.duration_s + self._energy.way_home_s(_above(home, altitude_m), home, altitude_m),
+        )
+
+    def find_way(self, wanted: FindWay) -> Trajectory:
+        """A proven way at rest from one place to another.
+
+        Raises:
+            ValueError: There is none.
+        """
+        problem, site = self._belief.problem, self.mission.site
+        start, end = np.asarray(wanted.start_m), np.asarray(wanted.end_m)
+        fence = np.array(planned_fence(site))
+        inside = KeepIn.of(fence).distance(np.stack([start[:2], end[:2]])) >= 0.0
+        if not inside.all():
+            # Home may lie beside the area that is explored, but never outside the vehicle's own fence.
+            fence = np.array(autopilot_fence(site))
+        low = np.array([*fence.min(axis=0), min(start[2], end[2])])
+        high = np.array([*fence.max(axis=0), max(start[2], end[2], problem.workspace.box_max_m[2])])
+        room = Workspace(np.minimum(low, np.minimum(start, end)), np.maximum(high, low + 1e-3))
+
+        def refused(trajectory: Trajectory) -> str:
+            report = gate.inspect(
+                trajectory,
+                dataclasses.replace(
+                    problem,
+                    workspace=room,
+                    start=Motion.at_rest(start),
+                    end_position_m=end,
+                    duration_s=trajectory.duration_s,
+                    fence_polygon_m=fence,
+                    covered=None,
+                ),
+            )
+            return "; ".join(violation.text for violation in report.violations)
+
+        return find_way(
+            start,
+            end,
+            problem.limits,
+            problem.obstacles.distance,
+            problem.keep_out_m,
+            room.box_min_m,
+            room.box_max_m,
+            refused,
+        )
+
+    def pushed(self, executive: Executive, now_s: float) -> Iterator[CourseBlocked | Operator | Say]:
+        """What was pushed since the last call, merged into what is known."""
+        for arrived in self._intake.arrived():
+            if arrived.push is None:
+                self._intake.answer(arrived, False, arrived.reason)
+                yield Say(f"a push was refused: {arrived.reason}", warning=True)
+                continue
+            yield from self._take_in(arrived, arrived.push, executive, now_s)
+
+    def _take_in(
+        self, arrived: Arrived, push: Push, executive: Executive, now_s: float
+    ) -> Iterator[CourseBlocked | Operator | Say]:
+        known = self._belief.problem
+        try:
+            problem = self._learned(push, known)
+        except ValueError as error:
+            self._intake.answer(arrived, False, str(error))
+            yield Say(f"a push was refused: {error}", warning=True)
+            return
+        self._belief.problem = problem
+        self._intake.answer(arrived, True, "taken in")
+        added = len(push.obstacle) + len(push.no_fly)
+        words = [f"{added} obstacles"] * bool(added) + ["information"] * (push.information is not None)
+        if words:
+            yield Say(f"learned new {' and '.join(words)}")
+        if added and executive.phase in ON_COURSE and (blocked := first_block(executive, problem, now_s)) is not None:
+            yield blocked
+        if push.command is not None:
+            yield _OPERATOR[push.command]
+
+    def _learned(self, push: Push, known: Problem) -> Problem:
+        """The problem with what was pushed; raises ValueError where nothing is left to explore."""
+        problem = known
+        if push.obstacle or push.no_fly:
+            self.mission = merged(self.mission, push)
+            problem = dataclasses.replace(problem, obstacles=obstacle_field_of(self.mission))
+        information = problem.information
+        if push.information is not None:
+            information = mixed(information, density_of(push.information, self.mission.site), push.share)
+        free = free_space(self.mission.site, problem.obstacles, self.mission.keep_out_m)
+        return dataclasses.replace(problem, information=information.where(free))
+
+
+def first_block(executive: Executive, problem: Problem, now_s: float) -> CourseBlocked | None:
+    """Where the course ahead comes too near to an obstacle; None: nowhere."""
+    course = executive.course
+    if course is None:
+        return None
+    here_s = course.at(now_s).curve_s
+    moments = np.arange(here_s, course.end_s + _BLOCK_STEP_S, _BLOCK_STEP_S)
+    position = np.stack([course.motion_at(moment).position_m for moment in moments])
+    near = problem.obstacles.distance(position) < problem.keep_out_m
+    if not near.any():
+        return None
+    at = int(np.argmax(near))
+    east, north, up = position[at]
+    return CourseBlocked(float(moments[at]), f"an obstacle at ({east:.0f}, {north:.0f}, {up:.0f})")
+
+
+def _above(place: Vector, height_m: float) -> Vector:
+    return place[0], place[1], place[2] + height_m

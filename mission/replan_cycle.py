@@ -1,0 +1,179 @@
+"""When to replan, from where, and what comes of it; without clocks, so that it is tested in virtual time.
+
+A new plan takes over at a point of the course that still lies ahead when it arrives: as far ahead as the last solves
+took, and some more. Until then the course is flown on, and what it covers on the way is counted as covered.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+import numpy as np
+
+from mission.belief import Belief
+from mission.executive import Executive
+from mission.phases import Phase
+from mission.replanning import Replanner, Reply, Request, Verdict, judge
+from planner.plan import Plan
+from planner.problem import Options, Problem
+from planner.trajectory import Motion, Trajectory
+
+LEAST_REMAINING_SHARE = 0.05
+LEAST_REMAINING_S = 2.0
+_AHEAD_INTERVAL_S = 0.1
+_ALTERNATIVES = 2
+_CANDIDATES = 4
+_FAILURES_WHILE_HELD = 3
+
+
+@dataclasses.dataclass(frozen=True)
+class Schedule:
+    """How often, and how long.
+
+    Attributes:
+        period_s: Flight time between requests.
+        time_limit_host_s: Host time for one solve.
+    """
+
+    period_s: float
+    time_limit_host_s: float
+
+
+class ReplanCycle:
+    """Asks, waits, judges.
+
+    Args:
+        replanner: The other process.
+        belief: What is known.
+        options: How the mission was planned.
+        schedule: How often.
+        plan: The plan the flight begins with.
+    """
+
+    def __init__(self, replanner: Replanner, belief: Belief, options: Options, schedule: Schedule, plan: Plan) -> None:
+        self._replanner = replanner
+        self._belief = belief
+        self._options = dataclasses.replace(options, candidates=min(_CANDIDATES, options.candidates))
+        self._schedule = schedule
+        self._alternatives = _curves(plan)
+        self._asked_s: float | None = None
+        self._number = 0
+        self._urgent = False
+        self._failed_while_held = 0
+
+    @property
+    def hopeless(self) -> bool:
+        """Whether it stands before a block and no way round was found, time and again."""
+        return self._failed_while_held >= _FAILURES_WHILE_HELD
+
+    def hurry(self) -> None:
+        """Something changed: ask as soon as the other process is free."""
+        self._urgent = True
+
+    def ask(self, executive: Executive, now_s: float, rate: float) -> Request | None:
+        """Ask, if it is time to.
+
+        Args:
+            executive: Tells the course and the phase.
+            now_s: Flight clock.
+            rate: Flight seconds a host second.
+
+        Returns:
+            What was asked; None: it is not time.
+        """
+        if self._replanner.busy or self._replanner.lost or executive.course is None:
+            return None
+        due = self._asked_s is None or now_s - self._asked_s >= self._schedule.period_s or self._urgent
+        held = executive.held_by_block and executive.course.stands(now_s)
+        if not due or not (held or self._flows(executive)):
+            return None
+        request = self._from_standstill(executive) if held else self._from_ahead(executive, now_s, rate)
+        if request is not None:
+            self._asked_s, self._urgent = now_s, False
+            self._replanner.ask(request)
+        return request
+
+    def poll(self, executive: Executive, now_s: float, *, must_leave: bool) -> tuple[Reply, Verdict] | None:
+        """The answer, if it is there, and whether it is taken.
+
+        Args:
+            executive: Tells the course.
+            now_s: Flight clock.
+            must_leave: Whether the course is not safe to stay on.
+        """
+        reply = self._replanner.poll()
+        if reply is None:
+            return None
+        if executive.course is None or executive.phase not in (Phase.FOLLOWING, Phase.HOLDING):
+            return reply, Verdict(None, "the exploration is over")
+        held = executive.held_by_block
+        verdict = judge(reply, executive.course, now_s, self._belief.problem, must_leave=must_leave or held)
+        if verdict.trajectory is not None and reply.plan is not None:
+            self._alternatives = tuple(
+                dataclasses.replace(curve, start_s=reply.request.switch_s) for curve in _curves(reply.plan)
+            )
+            self._failed_while_held = 0
+        elif held:
+            self._failed_while_held += 1
+        return reply, verdict
+
+    @staticmethod
+    def _flows(executive: Executive) -> bool:
+        course = executive.course
+        return executive.phase is Phase.FOLLOWING and course is not None and course.pace.target_rate == 1.0
+
+    def _from_ahead(self, executive: Executive, now_s: float, rate: float) -> Request | None:
+        course = executive.course
+        assert course is not None, "a replan is only asked for on a course"
+        at_s, pace, _ = course.pace.at(now_s)
+        if pace < 1.0:
+            return None
+        switch_s = at_s + self._replanner.lead_host_s() * rate
+        remaining_s = executive.exploration.end_s - switch_s
+        if remaining_s < max(LEAST_REMAINING_S, LEAST_REMAINING_SHARE * executive.exploration.end_s):
+            return None
+        moments = np.arange(at_s, switch_s, _AHEAD_INTERVAL_S)
+        ahead = (
+            np.stack([course.motion_at(moment).position_m for moment in moments]) if len(moments) else np.empty((0, 3))
+        )
+        problem = self._belief.remaining(course.motion_at(switch_s), remaining_s, ahead, switch_s - at_s)
+        staying = course.leg_at(switch_s).trajectory
+        return self._request(problem, switch_s, staying, course.trajectory)
+
+    def _from_standstill(self, executive: Executive) -> Request | None:
+        course = executive.course
+        assert course is not None, "a replan is only asked for on a course"
+        switch_s = course.stop_s()
+        remaining_s = max(executive.exploration.end_s - switch_s, LEAST_REMAINING_S)
+        start = Motion.at_rest(np.asarray(course.stop_position()))
+        problem = self._belief.remaining(start, remaining_s, np.empty((0, 3)), 0.0)
+        return self._request(problem, switch_s, None, course.trajectory)
+
+    def _request(self, problem: Problem, switch_s: float, staying: Trajectory | None, current: Trajectory) -> Request:
+        self._number += 1
+        warm = [from_moment(current, switch_s)]
+        warm += [from_moment(curve, switch_s) for curve in self._alternatives if curve is not current][:_ALTERNATIVES]
+        return Request(
+            self._number,
+            problem,
+            self._options,
+            tuple(warm),
+            staying,
+            switch_s,
+            self._schedule.time_limit_host_s,
+        )
+
+
+def _curves(plan: Plan) -> tuple[Trajectory, ...]:
+    return tuple(candidate.trajectory for candidate in plan.ranked()[1:])
+
+
+def from_moment(trajectory: Trajectory, curve_s: float) -> Trajectory:
+    """The rest of a curve from the knot nearest a moment on: good enough to start a solve from."""
+    knot = round((curve_s - trajectory.start_s) / trajectory.knot_interval_s)
+    first = int(np.clip(knot, 0, trajectory.segments - 1))
+    return Trajectory(
+        trajectory.control_points_m[first:],
+        trajectory.knot_interval_s,
+        trajectory.start_s + first * trajectory.knot_interval_s,
+    )
