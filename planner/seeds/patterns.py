@@ -1,0 +1,132 @@
+"""The search patterns that teams fly by hand, as flat polylines (IAMSAR Manual, vol. II, ch. 5).
+
+They cover a `Region`: the box, or what the fence leaves of it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from jaxtyping import Float
+
+from planner.polygon import KeepIn
+from planner.problem import Problem
+
+CLOUD = 65
+
+
+class Region:
+    """A flat area, as a cloud of its points.
+
+    Attributes:
+        points_m: Shape (point, 2).
+        headings_rad: Headings worth flying rows along, from east: the longest side first.
+    """
+
+    def __init__(self, problem: Problem) -> None:
+        low, high = problem.workspace.box_min_m[:2], problem.workspace.box_max_m[:2]
+        axes = [np.linspace(a, b, CLOUD) for a, b in zip(low, high, strict=True)]
+        cloud = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+        along_east = bool(high[0] - low[0] >= high[1] - low[1])
+        headings = [0.0, 0.5 * np.pi] if along_east else [0.5 * np.pi, 0.0]
+        if problem.fence_polygon_m is not None:
+            inside = KeepIn.of(problem.fence_polygon_m).distance(cloud) >= 0.0
+            cloud = cloud[inside] if inside.any() else cloud
+            # The fence's long axis, where it is not the box's.
+            _, directions = np.linalg.eigh(np.cov(cloud.T))
+            slanted = float(np.arctan2(directions[1, 1], directions[0, 1]) % np.pi)
+            if np.abs(np.sin(2.0 * slanted)) > 0.1:
+                headings.insert(0, slanted)
+        self.points_m = cloud
+        self.headings_rad = tuple(headings)
+
+    @property
+    def center_m(self) -> Float[np.ndarray, "2"]:
+        """Middle of the area's extent."""
+        return 0.5 * (self.points_m.min(axis=0) + self.points_m.max(axis=0))
+
+    @property
+    def half_m(self) -> Float[np.ndarray, "2"]:
+        """Half of the area's extent."""
+        return 0.5 * np.ptp(self.points_m, axis=0)
+
+
+def lawnmower(
+    region: Region, heading_rad: float, rows: int, inset_m: float | None = None
+) -> Float[np.ndarray, "point 2"]:
+    """Parallel rows flown to and fro, the outer ones half a spacing from the border.
+
+    Args:
+        region: What is covered.
+        heading_rad: Direction of the first row, from east.
+        rows: How many.
+        inset_m: How far rows end before the border; None: half a spacing.
+
+    Returns:
+        Ends of the rows in the order flown.
+    """
+    along = np.array([np.cos(heading_rad), np.sin(heading_rad)])
+    across = np.array([-along[1], along[0]])
+    u, v = region.points_m @ along, region.points_m @ across
+    low, extent = float(v.min()), float(np.ptp(v))
+    spacing = extent / rows
+    inset = 0.5 * spacing if inset_m is None else inset_m
+    ends = []
+    for row in range(rows):
+        middle = low + (row + 0.5) * spacing
+        # Points of the cloud this close to the row say how far it goes.
+        near = u[np.abs(v - middle) <= max(0.5 * spacing, extent / (CLOUD - 1))]
+        if near.size == 0:
+            continue
+        first, last = float(near.min()) + inset, float(near.max()) - inset
+        if first > last:
+            first = last = 0.5 * (first + last)
+        pair = [first, last] if len(ends) % 4 == 0 else [last, first]
+        ends += [along * place + across * middle for place in pair]
+    return np.array(ends)
+
+
+def spiral(region: Region, turns: float, steps_a_turn: int = 24) -> Float[np.ndarray, "point 2"]:
+    """An Archimedean spiral from the middle outward, stretched to the area."""
+    count = max(2, round(turns * steps_a_turn) + 1)
+    angle = np.linspace(0.0, 2.0 * np.pi * turns, count)
+    # The last turn lies half a spacing from the border.
+    radius = angle / (2.0 * np.pi * (turns + 0.5))
+    return region.center_m + radius[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1) * region.half_m
+
+
+def expanding_square(region: Region, center_m: Float[np.ndarray, "2"], legs: int) -> Float[np.ndarray, "point 2"]:
+    """Legs of 1, 1, 2, 2, 3, 3 … spacings, each a quarter turn on, until the area's border is reached.
+
+    Args:
+        region: What is covered; legs end at its extent.
+        center_m: Datum.
+        legs: How many legs, which sets the spacing.
+    """
+    low, high = region.center_m - region.half_m, region.center_m + region.half_m
+    reach = float(np.maximum(high - center_m, center_m - low).max())
+    spacing = 2.0 * reach / (legs / 2.0 + 1.0)
+    length = spacing * (np.arange(legs) // 2 + 1)
+    turn = np.array([[1.0, 0.0], [0.0, 1.0], [-1.0, 0.0], [0.0, -1.0]])[np.arange(legs) % 4]
+    points = center_m + np.concatenate([np.zeros((1, 2)), np.cumsum(length[:, None] * turn, axis=0)])
+    inset = np.minimum(0.5 * spacing, 0.2 * region.half_m)
+    return np.clip(points, low + inset, high - inset)
+
+
+def sectors(center_m: Float[np.ndarray, "2"], radius_m: float, count: int, heading_rad: float) -> np.ndarray:
+    """A sector search: out, across, back through the datum, `count` diameters in all.
+
+    Args:
+        center_m: Datum, where the information is greatest.
+        radius_m: Length of a leg.
+        count: Diameters.
+        heading_rad: Direction of the first leg, from east.
+
+    Returns:
+        Shape (2·count, 2): the datum, then the ends of the legs.
+    """
+    # Each diameter is crossed once; its two ends are joined to the neighbouring diameters' by chords.
+    angle = heading_rad + np.pi * np.arange(count) / count
+    ends = np.stack([np.cos(angle), np.sin(angle)], axis=1) * radius_m
+    sign = np.where(np.arange(count) % 2 == 0, 1.0, -1.0)[:, None]
+    pairs = np.stack([center_m - sign * ends, center_m + sign * ends], axis=1).reshape(-1, 2)
+    return np.concatenate([center_m[None], pairs[1:]])
