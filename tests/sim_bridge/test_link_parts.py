@@ -1,0 +1,300 @@
+"""The parts of the link that need no vehicle: addresses, the guard, telemetry."""
+
+import os
+import random
+
+import pytest
+
+os.environ.setdefault("MAVLINK20", "1")
+from pymavlink.dialects.v20 import common as mavlink
+
+from sim_bridge.frames import VehicleFrame
+from sim_bridge.link_autopilot import Autopilot, flight_mode
+from sim_bridge.link_guard import Guard, read_key
+from sim_bridge.link_telemetry import READY_BIT, Telemetry
+from sim_bridge.link_wire import Serial, Tcp, UdpListen, UdpSend, parse_address
+from sim_bridge.state import FlightMode, GeodeticPoint, LandedState, MissionProgress, StatusText, VehicleState, Waiting
+
+ORIGIN = GeodeticPoint(47.3977, 8.5456, 488.0)
+KEY = bytes(range(32))
+
+
+class Sender:
+    """Packs messages as a vehicle would."""
+
+    def __init__(self, system: int = 1, component: int = 1, key: bytes | None = None) -> None:
+        self.mav = mavlink.MAVLink(None, system, component)
+        if key is not None:
+            self.mav.signing.secret_key = key
+            self.mav.signing.sign_outgoing = True
+            self.mav.signing.timestamp = 1000
+
+    def pack(self, message) -> bytes:
+        frame = message.pack(self.mav)
+        self.mav.seq = (self.mav.seq + 1) % 256
+        return bytes(frame)
+
+
+def heartbeat(custom_mode: int = 4 << 16 | 3 << 24, armed: bool = False, status: int = 3, autopilot: int = 12):
+    base = 1 | (128 if armed else 0)
+    return mavlink.MAVLink_heartbeat_message(2, autopilot, base, custom_mode, status, 3)
+
+
+def position(time_ms: int, x: float = 0.0, y: float = 0.0, z: float = 0.0):
+    return mavlink.MAVLink_local_position_ned_message(time_ms, x, y, z, 1.0, 2.0, 3.0)
+
+
+def complete(telemetry: Telemetry) -> None:
+    for message in (
+        heartbeat(),
+        mavlink.MAVLink_gps_global_origin_message(473977000, 85456000, 488000),
+        mavlink.MAVLink_home_position_message(473977000, 85456000, 489500, 0, 0, 0, [1, 0, 0, 0], 0, 0, 0),
+        mavlink.MAVLink_attitude_message(900, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0),
+        mavlink.MAVLink_sys_status_message(READY_BIT, READY_BIT, READY_BIT, 0, 16000, 0, 77, 0, 0, 0, 0, 0, 0),
+        mavlink.MAVLink_extended_sys_state_message(0, 2),
+        position(1000),
+    ):
+        telemetry.receive(message)
+
+
+@pytest.mark.parametrize(
+    ("text", "address"),
+    [
+        ("udp://:14540", UdpListen("127.0.0.1", 14540)),
+        ("udp://0.0.0.0:14541", UdpListen("0.0.0.0", 14541)),
+        ("udpin://127.0.0.1", UdpListen("127.0.0.1", 14540)),
+        ("udpout://192.168.1.10:14550", UdpSend("192.168.1.10", 14550)),
+        ("tcp://localhost:5760", Tcp("localhost", 5760)),
+        ("serial:///dev/ttyUSB0:57600", Serial("/dev/ttyUSB0", 57600)),
+        ("serial:///dev/ttyACM0", Serial("/dev/ttyACM0", 57600)),
+    ],
+)
+def test_addresses_are_read(text, address):
+    assert parse_address(text) == address
+
+
+@pytest.mark.parametrize(
+    "text", ["", "udp", "http://x", "udpout://", "tcp://", "udp://h:99999", "serial://", "serial:///dev/x:7"]
+)
+def test_what_is_no_address_is_refused_with_examples(text):
+    with pytest.raises(ValueError, match="udp://:14540"):
+        parse_address(text)
+
+
+def test_only_the_vehicle_and_its_autopilot_are_heard():
+    guard = Guard(245, 190, 1)
+    mine, other_system, other_component = Sender(), Sender(system=7), Sender(component=100)
+    data = mine.pack(heartbeat()) + other_system.pack(heartbeat()) + other_component.pack(heartbeat())
+    assert len(list(guard.accept(data))) == 1
+    assert guard.refused == {"from another system": 1, "from another component": 1}
+
+
+def test_what_is_accepted_is_passed_on_byte_by_byte():
+    frame = Sender().pack(heartbeat())
+    accepted = list(Guard(245, 190, 1).accept(frame))
+    assert accepted[0].frame == frame
+
+
+def test_with_a_key_unsigned_wrongly_signed_and_repeated_messages_are_refused():
+    guard = Guard(245, 190, 1, KEY)
+    signed = Sender(key=KEY).pack(heartbeat())
+    assert list(guard.accept(Sender().pack(heartbeat()))) == []
+    assert list(guard.accept(Sender(key=KEY[::-1]).pack(heartbeat()))) == []
+    assert len(list(guard.accept(signed))) == 1
+    assert list(guard.accept(signed)) == []
+    assert sum(guard.refused.values()) == 3
+
+
+def test_a_forgery_with_a_late_time_does_not_lock_the_vehicle_out():
+    guard, vehicle, forger = Guard(245, 190, 1, KEY), Sender(key=KEY), Sender(key=KEY[::-1])
+    forger.mav.signing.timestamp = 10**12
+    assert list(guard.accept(forger.pack(heartbeat()))) == []
+    assert len(list(guard.accept(vehicle.pack(heartbeat())))) == 1
+
+
+def test_a_recording_from_long_ago_is_refused_on_any_link_id():
+    guard = Guard(245, 190, 1, KEY, signing_time_10us=10**9)
+    assert list(guard.accept(Sender(key=KEY).pack(heartbeat()))) == []
+    assert list(guard.refused) == ["signed before: repeated, or from a clock far behind"]
+
+
+def test_what_leaves_is_signed_so_that_the_other_end_accepts_it():
+    ours, theirs = Guard(245, 190, 1, KEY, signing_time_10us=5000), mavlink.MAVLink(None, 1, 1)
+    theirs.signing.secret_key = KEY
+    plain = Sender(245, 190)
+    for _ in range(3):
+        frame = plain.pack(heartbeat())
+        sealed = ours.seal(frame)
+        assert len(sealed) == len(frame) + 13
+        message = theirs.parse_buffer(sealed)[0]
+        assert message.get_type() == "HEARTBEAT"
+        assert (message.get_srcSystem(), message.get_srcComponent()) == (245, 190)
+
+
+def test_without_a_key_what_leaves_is_unchanged():
+    frame = Sender(245, 190).pack(heartbeat())
+    assert Guard(245, 190, 1).seal(frame) is frame
+
+
+@pytest.mark.parametrize("content", [KEY, KEY.hex().encode(), KEY.hex().encode() + b"\n"])
+def test_a_key_is_read_from_a_private_file(tmp_path, content):
+    path = tmp_path / "key"
+    path.write_bytes(content)
+    path.chmod(0o600)
+    assert read_key(path) == KEY
+
+
+def test_a_key_that_others_can_read_is_refused(tmp_path):
+    path = tmp_path / "key"
+    path.write_bytes(KEY)
+    path.chmod(0o644)
+    with pytest.raises(ValueError, match="chmod 600"):
+        read_key(path)
+
+
+def test_a_key_of_another_size_is_refused_without_telling_it(tmp_path):
+    path = tmp_path / "key"
+    path.write_text("secret!")
+    path.chmod(0o600)
+    with pytest.raises(ValueError, match="32 bytes") as caught:
+        read_key(path)
+    assert "secret!" not in str(caught.value)
+
+
+def test_damaged_and_foreign_bytes_never_raise_and_leave_nothing_behind():
+    random.seed(1)
+    guard, telemetry, sender = Guard(245, 190, 1), Telemetry(VehicleFrame(ORIGIN)), Sender()
+    good = [
+        sender.pack(message)
+        for message in (
+            heartbeat(),
+            position(1),
+            mavlink.MAVLink_statustext_message(4, b"text \xff\xfe", 7, 1),
+            mavlink.MAVLink_extended_sys_state_message(0, 200),
+        )
+    ]
+    for _ in range(20_000):
+        frame = bytearray(random.choice(good))
+        for _ in range(random.randrange(4)):
+            frame[random.randrange(len(frame))] = random.randrange(256)
+        for accepted in guard.accept(bytes(frame[: random.randrange(1, len(frame) + 1)])):
+            telemetry.receive(accepted.message)
+    assert len(guard._inward.buf) < 600
+
+
+def test_nothing_is_told_before_everything_is_known_and_what_is_missing_is_named():
+    telemetry = Telemetry(VehicleFrame(ORIGIN))
+    (waiting,) = telemetry.receive(heartbeat())
+    assert isinstance(waiting, Waiting)
+    assert "its local position estimate" in waiting.waiting_for
+    complete(telemetry)
+    (state,) = telemetry.receive(position(1033, 3.0, 4.0, -5.0))
+    assert isinstance(state, VehicleState)
+    assert state.ready
+    assert state.time_s == pytest.approx(1.033)
+    assert state.position_enu_m == pytest.approx((4.0, 3.0, 5.0), abs=0.02)
+    assert state.velocity_enu_mps == (2.0, 1.0, -3.0)
+    assert state.yaw_enu_rad == pytest.approx(1.5707963 - 0.5)
+    assert state.battery_fraction == 0.77
+    assert state.landed is LandedState.IN_AIR
+    assert state.home_enu_m == pytest.approx((0.0, 0.0, 1.5), abs=1e-3)
+
+
+def test_failing_pre_arm_checks_are_named_by_their_sensors():
+    telemetry = Telemetry(VehicleFrame(ORIGIN))
+    complete(telemetry)
+    gps = mavlink.MAV_SYS_STATUS_SENSOR_GPS
+    everything = READY_BIT | gps
+    telemetry.receive(mavlink.MAVLink_sys_status_message(everything, everything, 0, 0, 16000, 0, 77, 0, 0, 0, 0, 0, 0))
+    assert telemetry.waiting_for() == ("its pre-arm checks (GPS)",)
+
+
+def test_positions_that_come_late_or_twice_are_dropped():
+    telemetry = Telemetry(VehicleFrame(ORIGIN))
+    complete(telemetry)
+    assert len(telemetry.receive(position(1100))) == 1
+    assert telemetry.receive(position(1100)) == []
+    assert telemetry.receive(position(1066)) == []
+
+
+def test_positions_that_are_no_numbers_are_dropped():
+    telemetry = Telemetry(VehicleFrame(ORIGIN))
+    complete(telemetry)
+    assert telemetry.receive(position(1100, float("nan"))) == []
+
+
+def test_a_clock_that_starts_anew_is_a_reboot():
+    telemetry = Telemetry(VehicleFrame(ORIGIN))
+    complete(telemetry)
+    telemetry.receive(position(60_000))
+    telemetry.receive(position(100))
+    assert telemetry.reboots == 1
+    assert not telemetry.complete
+
+
+def test_without_positions_the_heartbeat_still_tells_the_mode():
+    telemetry = Telemetry(VehicleFrame(ORIGIN))
+    complete(telemetry)
+    telemetry.receive(mavlink.MAVLink_attitude_message(5000, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0))
+    (state,) = telemetry.receive(heartbeat(custom_mode=4 << 16 | 6 << 24))
+    assert isinstance(state, VehicleState)
+    assert state.mode is FlightMode.LAND
+    assert state.position_age_s == pytest.approx(4.0)
+
+
+def test_a_failsafe_is_the_heartbeats_status():
+    telemetry = Telemetry(VehicleFrame(ORIGIN))
+    complete(telemetry)
+    telemetry.receive(heartbeat(armed=True, status=mavlink.MAV_STATE_CRITICAL))
+    (state,) = telemetry.receive(position(1200))
+    assert isinstance(state, VehicleState)
+    assert state.failsafe
+    assert state.armed
+
+
+def test_text_in_chunks_is_put_together():
+    telemetry = Telemetry(VehicleFrame(ORIGIN))
+    first, second = "Preflight Fail: the compass is not calibrated, ple", "ase calibrate it"
+    assert len(first) == 50
+    assert telemetry.receive(mavlink.MAVLink_statustext_message(3, first.encode(), 9, 0)) == []
+    assert telemetry.receive(mavlink.MAVLink_statustext_message(3, second.encode(), 9, 1)) == [
+        StatusText(3, first + second)
+    ]
+
+
+def test_text_whose_end_was_lost_is_told_with_the_next_one():
+    telemetry = Telemetry(VehicleFrame(ORIGIN))
+    telemetry.receive(mavlink.MAVLink_statustext_message(3, b"x" * 50, 9, 0))
+    told = telemetry.receive(mavlink.MAVLink_statustext_message(4, b"next", 10, 0))
+    assert told == [StatusText(3, "x" * 50), StatusText(4, "next")]
+
+
+def test_repeated_reports_of_a_reached_item_are_told_once():
+    telemetry = Telemetry(VehicleFrame(ORIGIN))
+    reached = mavlink.MAVLink_mission_item_reached_message(3)
+    assert telemetry.receive(reached) == [MissionProgress(3, 0)]
+    assert telemetry.receive(reached) == []
+
+
+@pytest.mark.parametrize(
+    ("autopilot", "custom_mode", "mode"),
+    [
+        (Autopilot.PX4, 6 << 16, FlightMode.EXTERNAL),
+        (Autopilot.PX4, 3 << 16, FlightMode.PILOT),
+        (Autopilot.PX4, 4 << 16 | 2 << 24, FlightMode.TAKEOFF),
+        (Autopilot.PX4, 4 << 16 | 3 << 24, FlightMode.HOLD),
+        (Autopilot.PX4, 4 << 16 | 4 << 24, FlightMode.MISSION),
+        (Autopilot.PX4, 4 << 16 | 5 << 24, FlightMode.RETURN),
+        (Autopilot.PX4, 4 << 16 | 6 << 24, FlightMode.LAND),
+        (Autopilot.PX4, 99 << 16, FlightMode.OTHER),
+        (Autopilot.ARDUPILOT, 0, FlightMode.PILOT),
+        (Autopilot.ARDUPILOT, 3, FlightMode.MISSION),
+        (Autopilot.ARDUPILOT, 4, FlightMode.EXTERNAL),
+        (Autopilot.ARDUPILOT, 5, FlightMode.PILOT),
+        (Autopilot.ARDUPILOT, 6, FlightMode.RETURN),
+        (Autopilot.ARDUPILOT, 9, FlightMode.LAND),
+        (Autopilot.ARDUPILOT, 99, FlightMode.OTHER),
+    ],
+)
+def test_modes_mean_the_same_on_both_autopilots(autopilot, custom_mode, mode):
+    assert flight_mode(autopilot, custom_mode)[0] is mode
