@@ -13,6 +13,8 @@ from mission.mission_file.planner import Planner
 from mission.mission_file.site import Site
 from mission.mission_file.values import Section
 from mission.mission_file.vehicle import Vehicle
+from sim_bridge.frames import geodetic_from_enu
+from sim_bridge.state import GeodeticPoint
 
 
 class Mission(Section):
@@ -38,6 +40,11 @@ class Mission(Section):
         if self.site.home_enu_m is not None:
             return self.site.home_enu_m
         return (*self.planner.start_enu_m[:2], 0.0)
+
+    @property
+    def home_geodetic(self) -> GeodeticPoint:
+        """The same on the globe."""
+        return geodetic_from_enu(self.home_enu_m, self.site.origin.point())
 
     @property
     def takeoff_altitude_m(self) -> float:
