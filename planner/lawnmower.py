@@ -1,0 +1,129 @@
+"""The honest baseline: the best lawnmower of a path's own length over the same free space.
+
+Rows along each heading that suits the area, so many that the length is used up, in one to three layers where the
+information changes with altitude, either way round, led around what is in the way. It need not come from or go to
+anywhere, nor slow down: what a planner is compared with has every advantage.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import itertools
+from collections.abc import Callable, Iterator
+
+import numpy as np
+from jaxtyping import Float
+
+from planner.free_space import FreeSpace
+from planner.polyline import at_lengths, length_of
+from planner.problem import Problem
+from planner.seeds.altitudes import Altitudes
+from planner.seeds.patterns import Region
+from planner.seeds.seed_set import layered_rows
+
+SAMPLES = 1000
+MOST_ROWS = 400
+# From the least rows that use up the length so many more, whose ends keep further from the border.
+MORE_ROWS = 3
+MOST_LAYERS = 3
+# Ranked without obstacles first; so many of the best are led around them.
+FINALISTS = 6
+_FITTING_ROUNDS = 4
+
+
+@dataclasses.dataclass(frozen=True)
+class Rows:
+    """One lawnmower before it is fitted to a length.
+
+    Attributes:
+        heading_rad: Direction of the first layer's rows, from east.
+        rows: Rows a layer.
+        layers: How many layers.
+        mirrored: Whether the first row begins at its other end.
+    """
+
+    heading_rad: float
+    rows: int
+    layers: int
+    mirrored: bool
+
+
+def lawnmower_ergodic_metric(
+    problem: Problem, metric: Callable[[Float[np.ndarray, "time 3"]], float], length_m: float
+) -> tuple[float, Float[np.ndarray, "time 3"]]:
+    """The lowest metric of the lawnmowers of a given length.
+
+    Args:
+        problem: Box, fence, obstacles and information.
+        metric: From positions at equal times (time, 3) to a figure; less is better.
+        length_m: Length of the path to compare with, positive.
+
+    Returns:
+        The figure, and the lawnmower's positions at equal times, shape (time, 3).
+
+    Raises:
+        ValueError: A length that is not positive.
+    """
+    if not length_m > 0.0:
+        raise ValueError(f"a lawnmower needs a length, got {length_m} m")
+    course = _Course(problem, length_m)
+    ranked = sorted(((metric(course.sampled(rows, False)), rows) for rows in course.variants()), key=lambda one: one[0])
+    if course.is_open:
+        figure, rows = ranked[0]
+        return figure, course.sampled(rows, False)
+    finalists = [course.sampled(rows, True) for _, rows in ranked[:FINALISTS]]
+    figures = [metric(positions) for positions in finalists]
+    best = int(np.argmin(figures))
+    return figures[best], finalists[best]
+
+
+class _Course:
+    """Makes lawnmowers of one length for one problem."""
+
+    def __init__(self, problem: Problem, length_m: float) -> None:
+        self._free, self._region, self._altitudes = FreeSpace(problem), Region(problem), Altitudes(problem)
+        self._length_m = length_m
+
+    @property
+    def is_open(self) -> bool:
+        return self._free.is_open
+
+    def variants(self) -> Iterator[Rows]:
+        """Headings, layers, rows and directions worth comparing."""
+        layer_counts = range(1, MOST_LAYERS + 1) if self._altitudes.layered else (1,)
+        for heading, layers in itertools.product(self._region.headings_rad, layer_counts):
+            fewest = self._fewest_rows(heading, layers)
+            for rows, mirrored in itertools.product(range(fewest, fewest + MORE_ROWS), (False, True)):
+                yield Rows(heading, rows, layers, mirrored)
+
+    def _fewest_rows(self, heading_rad: float, layers: int) -> int:
+        """Least rows that, border to border, use up the length."""
+        low, high = 0, 1
+        while high < MOST_ROWS and length_of(self._path(Rows(heading_rad, high, layers, False), 0.0)) < self._length_m:
+            low, high = high, 2 * high
+        while high - low > 1:
+            middle = (low + high) // 2
+            enough = length_of(self._path(Rows(heading_rad, middle, layers, False), 0.0)) >= self._length_m
+            low, high = (low, middle) if enough else (middle, high)
+        return high
+
+    def _path(self, rows: Rows, inset_m: float) -> Float[np.ndarray, "point 3"]:
+        heading = rows.heading_rad + (np.pi if rows.mirrored else 0.0)
+        return layered_rows(self._region, self._altitudes, heading, rows.rows, rows.layers, inset_m)
+
+    def sampled(self, rows: Rows, around_obstacles: bool) -> Float[np.ndarray, "time 3"]:
+        """Positions at equal times along a lawnmower whose rows end where its length is the one asked for."""
+        inset, path = 0.0, self._path(rows, 0.0)
+        for _ in range(_FITTING_ROUNDS):
+            flown = self._free.path_through(path) if around_obstacles else path
+            excess = length_of(flown) - self._length_m
+            if abs(excess) < 2e-3 * self._length_m:
+                break
+            # Each row loses its inset at both ends.
+            inset = max(0.0, inset + excess / (2.0 * rows.rows * rows.layers))
+            path = self._path(rows, inset)
+        flown = self._free.path_through(path) if around_obstacles else path
+        legs = np.linalg.norm(np.diff(flown, axis=0), axis=1)
+        # The middles of equal parts stand for equal times.
+        along = (np.arange(SAMPLES) + 0.5) / SAMPLES * min(self._length_m, float(legs.sum()))
+        return at_lengths(flown, legs, along)
