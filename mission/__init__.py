@@ -1,10 +1,6 @@
 """What a person touches: the mission file, the command line, flights, and their records.
 
-Three lines do what the command line does:
-
-    from mission import fly, load, plan
-    planned = plan(load("mission.toml"))
-    flown = fly(planned, …)
+`load`, `plan` and `fly` do from Python what the command line does.
 """
 
 from __future__ import annotations

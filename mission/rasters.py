@@ -138,8 +138,8 @@ def read_geotiff(
 ) -> Raster:
     """The part of a GeoTIFF over a rectangle, resampled to cells along east and north.
 
-    The local plane is taken as the azimuthal equidistant projection about the origin, which differs from tangent-plane
-    coordinates by r³/6R²: 4 mm at 10 km.
+    The local plane is taken as the azimuthal equidistant projection about the origin. Tangent-plane coordinates differ
+    from it by r³/6R² (4 mm at 10 km) and by the share of the Earth's radius that the ground is high (0.2 ‰ at 1.4 km).
 
     Args:
         path: The file, in any projection; its first band is read, cells without data are NaN.
