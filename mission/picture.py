@@ -25,7 +25,9 @@ from planner.trajectory import Samples
 if TYPE_CHECKING:
     from matplotlib.typing import RcKeyType
 
+    from mission.mission_file import Mission
     from mission.planning import Planned
+    from planner.problem import Problem
 
 INK, SOFT, FAINT = "#1f2933", "#7b8794", "#cbd2d9"
 PATH, LIMIT, LINE, GOOD = "#d9480f", "#c92a2a", "#1c4e80", "#2b8a3e"
@@ -118,8 +120,8 @@ def _duration(seconds: float) -> str:
     return f"{int(seconds // 60)} min {seconds % 60:.0f} s" if seconds >= 120.0 else f"{seconds:.1f} s"
 
 
-def _map(axis: Axes, planned: Planned) -> None:
-    problem, plan = planned.problem, planned.plan
+def draw_ground(axis: Axes, mission: Mission, problem: Problem) -> None:
+    """What lies below every path: the information, the obstacles, the fence, in metres east and north."""
     low, high = problem.workspace.box_min_m, problem.workspace.box_max_m
     seen = problem.information.mass.sum(axis=2)
     axis.imshow(
@@ -132,10 +134,21 @@ def _map(axis: Axes, planned: Planned) -> None:
         interpolation="bilinear",
         zorder=0,
     )
-    for footprint in footprints_of(planned.mission):
+    for footprint in footprints_of(mission):
         _footprint(axis, footprint, float(low[2]), float(high[2]))
-    fence = Polygon(planned_fence(planned.mission.site), closed=True, fill=False, edgecolor=GOOD, linewidth=1.2)
+    fence = Polygon(planned_fence(mission.site), closed=True, fill=False, edgecolor=GOOD, linewidth=1.2)
     axis.add_patch(fence)
+    pad = 0.02 * float(max(high[0] - low[0], high[1] - low[1]))
+    axis.set_xlim(low[0] - pad, high[0] + pad)
+    axis.set_ylim(low[1] - pad, high[1] + pad)
+    axis.set_aspect("equal", anchor="NW")
+    axis.set_xlabel("east [m]")
+    axis.set_ylabel("north [m]")
+
+
+def _map(axis: Axes, planned: Planned) -> None:
+    plan = planned.plan
+    draw_ground(axis, planned.mission, planned.problem)
     front = _shown(planned)
     for candidate in plan.candidates:
         if candidate is not front:
@@ -151,12 +164,6 @@ def _map(axis: Axes, planned: Planned) -> None:
     start, end = samples.position_m[0], samples.position_m[-1]
     axis.plot(*start[:2], "o", color="white", markeredgecolor=INK, markersize=7.5, markeredgewidth=1.4, zorder=8)
     axis.plot(*end[:2], "s", color=INK, markeredgecolor="white", markersize=5.0, markeredgewidth=0.8, zorder=9)
-    pad = 0.02 * float(max(high[0] - low[0], high[1] - low[1]))
-    axis.set_xlim(low[0] - pad, high[0] + pad)
-    axis.set_ylim(low[1] - pad, high[1] + pad)
-    axis.set_aspect("equal", anchor="NW")
-    axis.set_xlabel("east [m]")
-    axis.set_ylabel("north [m]")
     _legend(axis, planned)
 
 
@@ -229,7 +236,8 @@ def _legend(axis: Axes, planned: Planned) -> None:
     )
 
 
-def _limit(axis: Axes, value: float, label: str, above: bool = True) -> None:
+def draw_limit(axis: Axes, value: float, label: str, above: bool = True) -> None:
+    """A limit across a time series, with its name."""
     axis.axhline(value, color=LIMIT, linewidth=1.0, linestyle=(0, (5, 3)), zorder=2)
     axis.annotate(
         label,
@@ -249,8 +257,8 @@ def _limit(axis: Axes, value: float, label: str, above: bool = True) -> None:
 def _altitude(axis: Axes, planned: Planned, samples: Samples) -> None:
     low, high = planned.problem.workspace.box_min_m[2], planned.problem.workspace.box_max_m[2]
     axis.plot(samples.time_s, samples.position_m[:, 2], color=LINE, linewidth=1.3, zorder=3)
-    _limit(axis, float(high), f"ceiling {high:g} m")
-    _limit(axis, float(low), f"floor {low:g} m", above=False)
+    draw_limit(axis, float(high), f"ceiling {high:g} m")
+    draw_limit(axis, float(low), f"floor {low:g} m", above=False)
     room = 0.18 * (high - low)
     axis.set_ylim(low - room, high + room)
     axis.set_title("height above the origin [m]")
@@ -260,7 +268,7 @@ def _speed(axis: Axes, planned: Planned, samples: Samples) -> None:
     limit = planned.problem.limits.max_speed_mps
     speed = np.linalg.norm(samples.velocity_mps, axis=1)
     axis.plot(samples.time_s, speed, color=LINE, linewidth=1.3, zorder=3)
-    _limit(axis, limit, f"limit {limit:g} m/s")
+    draw_limit(axis, limit, f"limit {limit:g} m/s")
     axis.set_ylim(0.0, 1.2 * max(limit, float(speed.max())))
     axis.set_title("speed [m/s]")
 
@@ -277,7 +285,7 @@ def _clearance(axis: Axes, planned: Planned, samples: Samples) -> None:
     top = max(float(np.quantile(clearance, 0.9)), 4.0 * margin, 1.2 * float(clearance.min()))
     axis.plot(samples.time_s, clearance, color=LINE, linewidth=1.3, zorder=3)
     axis.fill_between(samples.time_s, 0.0, margin, color=LIMIT, alpha=0.07, linewidth=0.0, zorder=1)
-    _limit(axis, margin, f"margin {margin:g} m")
+    draw_limit(axis, margin, f"margin {margin:g} m")
     axis.set_ylim(min(0.0, 1.1 * float(clearance.min())), top)
 
 
