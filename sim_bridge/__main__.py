@@ -1,0 +1,110 @@
+"""`sim-bridge`: kinematic vehicles that speak MAVLink as PX4 does."""
+
+from __future__ import annotations
+
+import json
+import signal
+import sys
+from typing import Annotated
+
+import typer
+
+from sim_bridge.body import VehicleConfig
+from sim_bridge.channel import Quality
+from sim_bridge.frames import geodetic_from_enu
+from sim_bridge.kinematics import Airframe, Wind
+from sim_bridge.link_autopilot import Autopilot
+from sim_bridge.simulator import Simulator
+from sim_bridge.state import GeodeticPoint
+
+SPACING_M = 5.0
+
+app = typer.Typer(add_completion=False, no_args_is_help=False, rich_markup_mode=None, pretty_exceptions_enable=False)
+
+
+def _numbers(text: str, count: int, option: str, example: str) -> tuple[float, ...]:
+    parts = text.split(",")
+    try:
+        numbers = tuple(float(part) for part in parts)
+    except ValueError:
+        numbers = ()
+    if len(numbers) != count:
+        raise typer.BadParameter(
+            f'got "{text}", needs {count} numbers with commas between them: {example}', param_hint=option
+        )
+    return numbers
+
+
+def _parameter(text: str) -> tuple[str, float]:
+    name, equals, value = text.partition("=")
+    try:
+        return name, float(value) if equals else float("nan")
+    except ValueError:
+        raise typer.BadParameter(f'got "{text}", write NAME=NUMBER', param_hint="--param") from None
+
+
+@app.command()
+def run(
+    autopilot: Annotated[str, typer.Option(help="Personality: px4.")] = "px4",
+    port: Annotated[int, typer.Option(help="UDP port of the client; vehicle i sends to PORT + i.")] = 14540,
+    speed: Annotated[float, typer.Option(help="Vehicle seconds a wall second, in lock-step with the setpoints.")] = 1.0,
+    vehicles: Annotated[int, typer.Option(min=1, max=100, help="How many; system ids 1, 2, …")] = 1,
+    origin: Annotated[str, typer.Option(help="Where the first stands: LAT,LON,AMSL.")] = "47.3977,8.5456,488.0",
+    wind: Annotated[str, typer.Option(help="Mean wind: EAST,NORTH in m/s, where the air goes.")] = "0,0",
+    gust: Annotated[float, typer.Option(min=0.0, help="Standard deviation of gusts, m/s.")] = 0.0,
+    loss: Annotated[float, typer.Option(min=0.0, max=1.0, help="Share of datagrams lost, each way.")] = 0.0,
+    delay: Annotated[float, typer.Option(min=0.0, help="Mean delay of datagrams, s.")] = 0.0,
+    jitter: Annotated[float, typer.Option(min=0.0, help="Spread of that delay to either side, s.")] = 0.0,
+    battery: Annotated[float, typer.Option(min=0.0, max=1.0, help="Charge at the start.")] = 1.0,
+    endurance: Annotated[float, typer.Option(min=1.0, help="Time a full battery hovers, s.")] = 1200.0,
+    ready_after: Annotated[float, typer.Option(min=0.0, help="From boot until it can be armed, s.")] = 36.0,
+    param: Annotated[list[str] | None, typer.Option(help="Change a parameter: NAME=VALUE; repeatable.")] = None,
+    seed: Annotated[int, typer.Option(help="Of everything random.")] = 0,
+    as_json: Annotated[bool, typer.Option("--json", help="Say what runs as one JSON object.")] = False,
+) -> None:
+    """Fly kinematic vehicles that speak MAVLink 2 over UDP on this machine, until interrupted."""
+    kind = {"px4": Autopilot.PX4, "ardupilot": Autopilot.ARDUPILOT}.get(autopilot)
+    if kind is None:
+        raise typer.BadParameter(f'got "{autopilot}", write px4', param_hint="--autopilot")
+    latitude, longitude, altitude = _numbers(origin, 3, "--origin", "47.3977,8.5456,488.0")
+    east, north = _numbers(wind, 2, "--wind", "3,-1.5")
+    ground = GeodeticPoint(latitude, longitude, altitude)
+    configs = [
+        VehicleConfig(
+            ground=geodetic_from_enu((SPACING_M * index, 0.0, 0.0), ground) if index else ground,
+            system=1 + index,
+            airframe=Airframe(endurance_s=endurance),
+            wind=Wind((north, east, 0.0), gust),
+            parameters=tuple(_parameter(text) for text in param or ()),
+            ready_after_s=ready_after,
+            battery=battery,
+            seed=seed + index,
+        )
+        for index in range(vehicles)
+    ]
+    try:
+        simulator = Simulator(kind, configs, port, speed, Quality(loss=loss, delay_s=delay, jitter_s=jitter))
+    except ValueError as error:
+        raise typer.BadParameter(str(error)) from error
+    stopped: list[int] = []
+    for number in (signal.SIGTERM, signal.SIGINT):
+        signal.signal(number, lambda got, _frame: stopped.append(got))
+    ports = [port + index for index in range(vehicles)]
+    if as_json:
+        print(json.dumps({"ports": ports, "autopilot": autopilot, "speed": speed}), flush=True)
+    else:
+        targets = ", ".join(f"udp://127.0.0.1:{one}" for one in ports)
+        print(f"{vehicles} × {autopilot} sending to {targets}; Ctrl-C ends", file=sys.stderr)
+    try:
+        simulator.run(lambda: bool(stopped))
+    finally:
+        simulator.close()
+
+
+def main() -> None:
+    """Entry point of `sim-bridge`."""
+    app()
+
+
+if __name__ == "__main__":
+    main()

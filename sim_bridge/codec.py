@@ -1,0 +1,34 @@
+"""Bytes to MAVLink 2 messages and back, one dialect, without mavutil's globals."""
+
+from __future__ import annotations
+
+import os
+from typing import Any
+
+os.environ.setdefault("MAVLINK20", "1")
+from pymavlink.dialects.v20 import common as mavlink
+
+Message = Any
+"""A message of pymavlink's dialect: `mavlink.MAVLink_message`, whose fields are made at run time."""
+
+
+class Codec:
+    """One end of a conversation.
+
+    Args:
+        system: Own system id.
+        component: Own component id.
+    """
+
+    def __init__(self, system: int, component: int = mavlink.MAV_COMP_ID_AUTOPILOT1) -> None:
+        self._mavlink = mavlink.MAVLink(None, srcSystem=system, srcComponent=component)
+        self._mavlink.robust_parsing = True
+
+    def encode(self, message: Message) -> bytes:
+        """A message as bytes, with the next sequence number."""
+        return message.pack(self._mavlink)
+
+    def decode(self, data: bytes) -> list[Message]:
+        """The messages in some bytes; what is garbage, unknown or cut off is left out."""
+        found = self._mavlink.parse_buffer(data) or []
+        return [message for message in found if message.get_type() != "BAD_DATA" and message.get_msgId() >= 0]
