@@ -22,8 +22,10 @@ ALLOWANCE = 1.05
 PUSHES = 4
 # A step around: samples along the blocked stretch, offsets tried, and the largest as a multiple of its length.
 STEP_SAMPLES = 9
-RUNGS = 14
-REACHES = (1.0, 4.0)
+RUNGS = 10
+# Tried in this order: (multiple, whether up and down instead of left and right).
+TRIES = ((1.0, False), (1.0, True), (4.0, False))
+LEG_SHARES = np.array([0.25, 0.5, 0.75])[:, None]
 
 
 class FreeSpace:
@@ -118,21 +120,24 @@ class FreeSpace:
     def _spacing_m(self, waypoints: Float[np.ndarray, "waypoint 3"]) -> float:
         """Between samples: fine enough to meet what must be kept, coarse enough for a long path."""
         coarsest = 0.01 * float((self.high_m - self.low_m)[:2].max())
-        return max(min(coarsest, max(self._keep_out_m, 0.1 * coarsest)), length_of(waypoints) / 4000.0)
+        return max(min(coarsest, max(2.0 * self._keep_out_m, 0.2 * coarsest)), length_of(waypoints) / 4000.0)
 
     def _detours(
         self, entry: Float[np.ndarray, "gap 3"], leave: Float[np.ndarray, "gap 3"]
     ) -> list[Float[np.ndarray, "point 3"]]:
         """For each blocked stretch the points between its ends that lead around it."""
-        share = np.linspace(0.0, 1.0, STEP_SAMPLES + 2)[1:-1, None]
+        share = np.linspace(0.0, 1.0, STEP_SAMPLES)[:, None]
         chord = entry[:, None] + share * (leave - entry)[:, None]
         free = self.margin(chord) >= 0.0
+        free[:, [0, -1]] = True
         # A corner that lies in an obstacle is cut.
         found = {int(gap): np.zeros((0, 3)) for gap in np.flatnonzero(free.all(axis=1))}
-        for reach in REACHES:
+        for reach, vertical in TRIES:
             pending = np.array([gap for gap in range(len(entry)) if gap not in found], dtype=int)
             if pending.size:
-                steps = self._steps_around(entry[pending], leave[pending], chord[pending], free[pending], reach)
+                steps = self._steps_around(
+                    entry[pending], leave[pending], chord[pending], free[pending], reach, vertical
+                )
                 found.update({int(gap): step for gap, step in zip(pending, steps, strict=True) if step is not None})
         return [
             found[gap] if gap in found else self.routes.between(entry[gap], leave[gap]) for gap in range(len(entry))
@@ -145,18 +150,16 @@ class FreeSpace:
         chord: Float[np.ndarray, "gap sample 3"],
         chord_free: Bool[np.ndarray, "gap sample"],
         reach: float,
+        vertical: bool,
     ) -> list[Float[np.ndarray, "point 3"] | None]:
-        """The chord pushed left, right, up or down, each sample as far as it needs; none where that is not free."""
+        """The chord pushed to one side (or up or down), each sample as far as it needs; none where that is not free."""
         along = leave - entry
         level = np.linalg.norm(along[:, :2], axis=1, keepdims=True)
         left = np.stack([-along[:, 1], along[:, 0], 0.0 * along[:, 0]], axis=1)
         # A climb on the spot has no left: it steps north.
         left = np.where(level > 1e-9, left / np.maximum(level, 1e-9), [0.0, 1.0, 0.0])
-        up = np.broadcast_to([0.0, 0.0, 1.0], left.shape)
-        ways = np.stack([left, -left, up, -up], axis=1)
-        vertical_cost = self.climb_cost + self.descent_cost
-        cost = np.array([1.0, 1.0, vertical_cost, vertical_cost])
-
+        aside = np.broadcast_to([0.0, 0.0, 1.0], left.shape) if vertical else left
+        ways = np.stack([aside, -aside], axis=1)
         longest = reach * (np.linalg.norm(along, axis=1) + 2.0 * self._keep_out_m)
         rungs = longest[:, None] * np.arange(RUNGS + 1) / RUNGS
         points = chord[:, None, None] + rungs[:, None, 1:, None, None] * ways[:, :, None, None]
@@ -164,22 +167,17 @@ class FreeSpace:
         free = inside & (self.margin(points) >= 0.0)
         needed = np.where(free.any(axis=2), np.argmax(free, axis=2) + 1, RUNGS + 1)
         needed = np.where(chord_free[:, None], 0, needed)
-        worst = np.where(needed.max(axis=2) > RUNGS, np.inf, needed.max(axis=2) * cost)
-        # Offsets are reached a sample early and left a sample late: a wall across the way is passed at its corner.
+        worst = needed.max(axis=2)
+        # Offsets are reached a sample early and left a sample late: a wall across the way is followed to its corner.
         padded = np.pad(needed, ((0, 0), (0, 0), (1, 1)))
         wide = np.maximum(needed, np.maximum(padded[:, :, :-2], padded[:, :, 2:]))
-        result: list[Float[np.ndarray, "point 3"] | None] = []
-        for gap, way in enumerate(np.argmin(worst, axis=1)):
-            if not np.isfinite(worst[gap, way]):
-                result.append(None)
-                continue
-            path = chord[gap] + rungs[gap, wide[gap, way], None] * ways[gap, way]
-            whole = np.concatenate([entry[gap, None], path, leave[gap, None]])
-            result.append(path if self._is_free(whole) else None)
-        return result
-
-    def _is_free(self, path: Float[np.ndarray, "point 3"]) -> bool:
-        """Whether the legs of a path stay free, but for a touch."""
-        share = np.array([0.25, 0.5, 0.75])[:, None]
-        between = path[:-1, None] + share * np.diff(path, axis=0)[:, None]
-        return bool((self.margin(between) > -0.02 * self._keep_out_m - 1e-9).all())
+        way = np.argmin(worst, axis=1)
+        every = np.arange(len(entry))
+        offset = np.take_along_axis(rungs, np.minimum(wide[every, way], RUNGS), axis=1)
+        paths = self.clipped(chord + offset[:, :, None] * ways[every, way][:, None])
+        whole = np.concatenate([entry[:, None], paths, leave[:, None]], axis=1)
+        between = whole[:, :-1, None] + LEG_SHARES * np.diff(whole, axis=1)[:, :, None]
+        # A touch is no harm: what is kept here is more than what must be.
+        sound = (self.margin(between) > -0.02 * self._keep_out_m - 1e-9).all(axis=(1, 2))
+        sound &= worst[every, way] <= RUNGS
+        return [path if good else None for path, good in zip(paths, sound, strict=True)]

@@ -28,7 +28,8 @@ MORE_ROWS = 3
 MOST_LAYERS = 3
 # Ranked without obstacles first; so many of the best are led around them.
 FINALISTS = 6
-_FITTING_ROUNDS = 4
+FITTING_ROUNDS = 3
+DETOUR_ROUNDS = 2
 
 
 @dataclasses.dataclass(frozen=True)
@@ -113,17 +114,24 @@ class _Course:
 
     def sampled(self, rows: Rows, around_obstacles: bool) -> Float[np.ndarray, "time 3"]:
         """Positions at equal times along a lawnmower whose rows end where its length is the one asked for."""
-        inset, path = 0.0, self._path(rows, 0.0)
-        for _ in range(_FITTING_ROUNDS):
-            flown = self._free.path_through(path) if around_obstacles else path
-            excess = length_of(flown) - self._length_m
-            if abs(excess) < 2e-3 * self._length_m:
-                break
-            # Each row loses its inset at both ends.
-            inset = max(0.0, inset + excess / (2.0 * rows.rows * rows.layers))
-            path = self._path(rows, inset)
-        flown = self._free.path_through(path) if around_obstacles else path
-        legs = np.linalg.norm(np.diff(flown, axis=0), axis=1)
+        path = self._fitted(rows, self._length_m)
+        if around_obstacles:
+            wanted, flown = self._length_m, self._free.path_through(path)
+            for _ in range(DETOUR_ROUNDS):
+                # Shorter rows make room for the ways around; what is then too much is cut at the end.
+                wanted *= self._length_m / length_of(flown)
+                flown = self._free.path_through(self._fitted(rows, wanted))
+            path = flown
+        legs = np.linalg.norm(np.diff(path, axis=0), axis=1)
         # The middles of equal parts stand for equal times.
         along = (np.arange(SAMPLES) + 0.5) / SAMPLES * min(self._length_m, float(legs.sum()))
-        return at_lengths(flown, legs, along)
+        return at_lengths(path, legs, along)
+
+    def _fitted(self, rows: Rows, length_m: float) -> Float[np.ndarray, "point 3"]:
+        """Rows whose ends keep so far from the border that the length is met."""
+        inset, path = 0.0, self._path(rows, 0.0)
+        for _ in range(FITTING_ROUNDS):
+            # Each row loses its inset at both ends.
+            inset = max(0.0, inset + (length_of(path) - length_m) / (2.0 * rows.rows * rows.layers))
+            path = self._path(rows, inset)
+        return path

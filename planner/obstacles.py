@@ -23,7 +23,7 @@ from planner.polygon import FAR_M, AnyArray, Prisms, Values, checked_polygon, ex
 
 FEWEST_OF_A_KIND = 4
 # On the host, points are taken in portions whose intermediate arrays stay in the cache.
-HOST_ELEMENTS = 1 << 18
+HOST_ELEMENTS = 1 << 20
 
 
 @dataclasses.dataclass(frozen=True)
@@ -219,7 +219,7 @@ class ObstacleField(eqx.Module):
         if not isinstance(points_m, np.ndarray):
             return self._nearest(points_m[..., 0], points_m[..., 1], points_m[..., 2])
         flat = points_m.reshape(-1, 3)
-        per_point = sum(leaf.size for leaf in jax.tree.leaves(self))
+        per_point = max((leaf.size for leaf in jax.tree.leaves(self)), default=1)
         portions = np.array_split(flat, max(1, -(-len(flat) * per_point // HOST_ELEMENTS)))
         found = [self._nearest(part[:, 0], part[:, 1], part[:, 2]) for part in portions]
         return np.concatenate(found).reshape(points_m.shape[:-1])

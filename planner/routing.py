@@ -12,6 +12,8 @@ from scipy.spatial import KDTree
 
 MOST_CELLS = 30_000
 TAUT_SAMPLES = 24
+# Ways up to so many times the straight distance are looked for first: most are.
+NEAR = 4.0
 
 
 class Routes:
@@ -37,6 +39,7 @@ class Routes:
         nodes = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)
         free = margin(nodes) >= 0.0
         self._nodes = nodes[free]
+        self._cell_m = float(((high_m - low_m) / (np.array(counts) - 1)).max())
         number = np.where(free, np.cumsum(free).reshape(free.shape) - 1, -1)
         rows, columns, weights = [], [], []
         for index in np.ndindex(3, 3, 3):
@@ -60,8 +63,14 @@ class Routes:
         if self._tree is None:
             return np.zeros((0, 3))
         source, target = np.asarray(self._tree.query(np.stack([entry_m, leave_m]))[1]).tolist()
-        distance, before = dijkstra(self._ways, directed=False, indices=source, return_predecessors=True)
-        if not np.isfinite(distance[target]):
+        near = NEAR * float(np.linalg.norm(leave_m - entry_m)) + self._cell_m
+        for limit in (near, np.inf):
+            distance, before = dijkstra(
+                self._ways, directed=False, indices=source, return_predecessors=True, limit=limit
+            )
+            if np.isfinite(distance[target]):
+                break
+        else:
             return np.zeros((0, 3))
         chain = [target]
         while chain[-1] != source:
