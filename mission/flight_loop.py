@@ -37,7 +37,7 @@ from mission.events import (
 )
 from mission.executive import Executive
 from mission.flight_progress import Progress, Watcher
-from mission.phases import Phase
+from mission.phases import STREAMING, Phase
 from mission.recorder import Recorder
 from mission.replan_cycle import ReplanCycle
 from mission.streamer import Streamer
@@ -172,7 +172,9 @@ class FlightLoop:
             return
         now_s = self._clock.hear(event.time_s, host_s)
         executive = self.executive
-        target = None if executive.course is None else vector(executive.course.at(now_s).motion.position_m)
+        target = None
+        if executive.course is not None and executive.phase in STREAMING:
+            target = vector(executive.course.at(now_s).motion.position_m)
         self._recorder.telemetry(now_s, event, executive.phase.value, target)
         if executive.phase in (Phase.FOLLOWING, Phase.AUTO_MISSION) and event.position_age_s == 0.0:
             self._belief.fly(event.position_enu_m, now_s)
