@@ -37,6 +37,8 @@ TALL, LOW = "#52606d", "#b6bec8"
 WIDTH_IN, MAP_IN, HEADING_IN, LEGEND_IN = 13.0, 7.1, 1.05, 1.0
 SERIES_SAMPLES = 1500
 MOST_ROWS = 12
+LOGARITHMIC_FROM = 20.0
+"""Where clearances reach this many margins, the small ones that matter are shown on a logarithmic axis."""
 ARROWS = 14
 STYLE: dict[RcKeyType, Any] = {
     "font.size": 9.0,
@@ -155,7 +157,7 @@ def _map(axis: Axes, planned: Planned) -> None:
             curve = candidate.trajectory
             line = curve.sample(np.linspace(curve.start_s, curve.end_s, SERIES_SAMPLES)).position_m
             style = "-" if candidate.feasible else (0, (2, 2))
-            axis.plot(*line[:, :2].T, linestyle=style, color=SOFT, linewidth=0.55, alpha=0.55, zorder=3)
+            axis.plot(*line[:, :2].T, linestyle=style, color=SOFT, linewidth=0.6, alpha=0.65, zorder=3)
     curve = front.trajectory
     samples = curve.sample(np.linspace(curve.start_s, curve.end_s, 4 * SERIES_SAMPLES))
     axis.plot(samples.position_m[:, 0], samples.position_m[:, 1], color="white", linewidth=2.8, alpha=0.7, zorder=4)
@@ -282,11 +284,16 @@ def _clearance(axis: Axes, planned: Planned, samples: Samples) -> None:
         return
     clearance = problem.obstacles.distance(samples.position_m) - problem.vehicle_radius_m
     margin = problem.clearance_margin_m
-    top = max(float(np.quantile(clearance, 0.9)), 4.0 * margin, 1.2 * float(clearance.min()))
+    least, top = float(clearance.min()), max(float(np.quantile(clearance, 0.9)), 4.0 * margin)
     axis.plot(samples.time_s, clearance, color=LINE, linewidth=1.3, zorder=3)
     axis.fill_between(samples.time_s, 0.0, margin, color=LIMIT, alpha=0.07, linewidth=0.0, zorder=1)
     draw_limit(axis, margin, f"margin {margin:g} m")
-    axis.set_ylim(min(0.0, 1.1 * float(clearance.min())), top)
+    if least > 0.0 < margin and top > LOGARITHMIC_FROM * margin:
+        axis.set_yscale("log")
+        axis.set_ylim(0.4 * min(margin, least), 1.5 * float(clearance.max()))
+        axis.yaxis.set_major_formatter("{x:g}")
+    else:
+        axis.set_ylim(min(0.0, 1.1 * least), max(top, 1.2 * least))
 
 
 def _table(axis: Axes, planned: Planned) -> None:

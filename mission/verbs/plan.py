@@ -13,6 +13,9 @@ from mission.findings import Finding, InputError
 if TYPE_CHECKING:
     from mission.planning import Planned
 
+WIDE = 160
+"""Columns of a table that goes to a file."""
+
 
 def plan(
     mission_file: MissionArgument,
@@ -97,4 +100,7 @@ def _print_candidates(planned: Planned) -> None:
             f"{report.min_clearance_m:.2f}",
             "passed" if candidate.feasible else report.violations[0].text,
         )
-    Console(stderr=True, highlight=False).print(table)
+    console = Console(stderr=True, highlight=False)
+    if not console.is_terminal:
+        console.width = WIDE
+    console.print(table)
