@@ -1,43 +1,38 @@
 """From a problem to a set of proven, different paths (SVES Alg. 1, then a polish of each candidate).
 
-seeds → Stein steps, together → rounds of multipliers, each on its own → gate → selection.
-
-The caller owns the clock: `out_of_time` is asked between the compiled pieces, and the best proven set so far returns.
+seeds → Stein steps, together → rounds of multipliers, each on its own → ways around for those that the gate refuses →
+gate → selection. The caller owns the clock: `out_of_time` is asked between the compiled pieces, and the best proven set
+so far returns.
 """
 
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 
-import equinox as eqx
-import jax
-import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Float
 
-from planner import augmented_lagrangian, stein, sves
+from planner import sves
 from planner.diversity import diversity
+from planner.free_space import FreeSpace
 from planner.judging import Judge, at_middles, better
 from planner.lawnmower import lawnmower_ergodic_metric
 from planner.plan import Candidate, Plan, Status
-from planner.problem import Kernel, Method, Options, Problem
+from planner.polish import STEIN_STEPS, Particles, explored, polished
+from planner.problem import Method, Options, Problem
+from planner.rerouting import rerouted
 from planner.scene import Scene, free_from_control, knots_for, scene_of, trajectory_of
 from planner.seeds import seed_paths, spline_from_path
 from planner.selection import select
-from planner.sves import Refinement
 from planner.trajectory import Trajectory
 
-STEIN_STEPS = 60
-# The Stein phase may cut corners; the polish makes them good.
-STEIN_PENALTY = 0.1
 # Geometric from nearly free to firm: starting firm freezes a path in the shape of its seed.
-POLISH_PENALTIES = tuple(np.geomspace(1e-3, 10.0, 12))
+POLISH_PENALTIES = tuple(float(penalty) for penalty in np.geomspace(1e-3, 10.0, 12))
 # A replan starts from an answer: its multipliers need no slow start.
 WARM_POLISH_PENALTIES = (1.0, 3.0, 10.0)
-REPAIR_PENALTIES = (30.0, 100.0, 300.0)
-STEPS_PER_ROUND = 30
-SMOOTHNESS_WEIGHT = 1e-3
+REPAIR_PENALTIES = (1.0, 10.0, 100.0)
+MOST_REPAIRS = 3
 
 
 @dataclasses.dataclass(frozen=True)
@@ -78,133 +73,124 @@ def solve(
     """
     progress(Progress("seeds", 0.0))
     segments, per_segment = knots_for(problem, options)
-    scene = scene_of(problem, options, segments, per_segment)
-    patterns, seeds = _starting_set(problem, options, segments, warm_start)
-    judge = Judge(problem, options)
-
-    def judged(free: Float[np.ndarray, "particle free 3"]) -> list[Candidate]:
-        sound = np.where(np.isfinite(free).all(axis=(1, 2), keepdims=True), free, seeds)
-        curves = [trajectory_of(problem, points) for points in sound]
-        return [judge.candidate(curve, pattern) for curve, pattern in zip(curves, patterns, strict=True)]
-
-    best, steps = judged(seeds), 0
+    work = _Work(problem, options, scene_of(problem, options, segments, per_segment), segments, progress, out_of_time)
+    seeds = work.starting_set(warm_start)
+    work.offer(seeds)
     match options.method:
         case Method.DEFAULT:
-            refined = _polished(scene, seeds, options, bool(warm_start), progress, out_of_time)
+            work.refine(seeds, warm=bool(warm_start))
         case Method.SVES:
-            refined = sves.refined(scene, seeds, options, out_of_time)
-    for refinement in refined:
-        steps = refinement.steps
-        # Of each candidate the better version stays, so none ends worse than the seed it grew from.
-        pairs = zip(best, judged(refinement.free), strict=True)
-        best = [better(known, new) for known, new in pairs]
-        if all(candidate.feasible for candidate in best):
-            break
+            particles, work.steps = sves.descended(work.scene, seeds, options.kernel, out_of_time)
+            work.offer(particles)
     progress(Progress("gate", 0.95))
-    return _plan(problem, options, judge, best, steps, out_of_time())
+    return work.plan()
 
 
-def _starting_set(
-    problem: Problem, options: Options, segments: int, warm_start: Sequence[Trajectory]
-) -> tuple[list[str], Float[np.ndarray, "particle free 3"]]:
-    """Names and free control points (unit cube) of the candidates to start from."""
-    moments = np.linspace(0.0, problem.duration_s, segments + 1)
-    warm = list(warm_start)[: options.candidates]
-    patterns = ["warm start"] * len(warm)
-    paths = [trajectory.sample(trajectory.start_s + moments).position_m for trajectory in warm]
-    if len(warm) < options.candidates:
-        found = seed_paths(problem, options.candidates - len(warm), np.random.default_rng(options.seed))
-        patterns += [seed.pattern for seed in found]
-        paths += [seed.points_m for seed in found]
-    controls = np.stack([spline_from_path(path, problem, segments) for path in paths])
-    return patterns, np.clip(free_from_control(problem.workspace.unit_from_enu(controls)), 0.0, 1.0)
+class _Work:
+    """One solve under way: the best version so far of every candidate.
 
+    A candidate's better version stays, so none ends worse than the seed it grew from.
+    """
 
-def _polished(
-    scene: Scene,
-    seeds: Float[np.ndarray, "particle free 3"],
-    options: Options,
-    warm: bool,
-    progress: Callable[[Progress], None],
-    out_of_time: Callable[[], bool],
-) -> Iterator[Refinement]:
-    """Sets worth judging: after the polish, then after each repair for as long as they are asked for."""
-    particles = jnp.asarray(seeds, jnp.float32)
-    steps = 0
-    if options.candidates > 1 and not warm and not out_of_time():
-        progress(Progress("stein", 0.05))
-        smooth = jnp.asarray(stein.smoother(particles.shape[1]))
-        particles = _explore(scene, particles, smooth, jax.random.key(options.seed), options.kernel)
-        steps += STEIN_STEPS
-    state = _begin(scene, particles)
-    rounds = WARM_POLISH_PENALTIES if warm else POLISH_PENALTIES
-    whole = len(rounds) + len(REPAIR_PENALTIES)
-    for index, penalty in enumerate((*rounds, *REPAIR_PENALTIES)):
-        if out_of_time():
-            break
-        state, info = _polish(scene, state, jnp.float32(penalty))
-        steps += STEPS_PER_ROUND
-        lowest = float(np.nanmin(np.asarray(info.ergodic_metric)))
-        phase = "polish" if index < len(rounds) else "repair"
-        progress(Progress(phase, 0.1 + 0.8 * (index + 1) / whole, lowest))
-        if index >= len(rounds) - 1:
-            yield Refinement(np.asarray(state.free), steps)
-    else:
-        return
-    yield Refinement(np.asarray(state.free), steps)
+    def __init__(
+        self,
+        problem: Problem,
+        options: Options,
+        scene: Scene,
+        segments: int,
+        progress: Callable[[Progress], None],
+        out_of_time: Callable[[], bool],
+    ) -> None:
+        self.problem, self.options, self.scene, self.segments = problem, options, scene, segments
+        self.progress, self.out_of_time = progress, out_of_time
+        self.judge = Judge(problem, options)
+        self.patterns: list[str] = []
+        self.best: list[Candidate] = []
+        self.steps = 0
 
+    def starting_set(self, warm_start: Sequence[Trajectory]) -> Particles:
+        """Free control points (unit cube) of the candidates to start from; remembers what each grew from."""
+        moments = np.linspace(0.0, self.problem.duration_s, self.segments + 1)
+        warm = list(warm_start)[: self.options.candidates]
+        self.patterns = ["warm start"] * len(warm)
+        paths = [curve.sample(curve.start_s + moments).position_m for curve in warm]
+        missing = self.options.candidates - len(warm)
+        if missing:
+            found = seed_paths(self.problem, missing, np.random.default_rng(self.options.seed))
+            self.patterns += [seed.pattern for seed in found]
+            paths += [seed.points_m for seed in found]
+        return np.stack([self._free_along(path) for path in paths])
 
-@eqx.filter_jit
-def _explore(
-    scene: Scene, particles: Float[Array, "particle free 3"], smooth: Array, key: Array, kernel: Kernel
-) -> Float[Array, "particle free 3"]:
-    """The Stein phase: all candidates together, under soft penalties."""
-    reference = jax.vmap(lambda free: augmented_lagrangian.init(scene, free).reference)(particles)
+    def offer(self, particles: Particles) -> None:
+        """Show a set to the gate, and keep of each candidate the better version."""
+        for index, (points, pattern) in enumerate(zip(particles, self.patterns, strict=True)):
+            if not np.isfinite(points).all():
+                continue
+            new = self.judge.candidate(trajectory_of(self.problem, points), pattern)
+            if index < len(self.best):
+                self.best[index] = better(self.best[index], new)
+            else:
+                self.best.append(new)
 
-    def score(free: Array, reference: Array) -> Array:
-        return -jax.grad(lambda free: augmented_lagrangian.penalised(scene, free, reference, STEIN_PENALTY))(free)
+    def refine(self, seeds: Particles, warm: bool) -> None:
+        """The product's own optimiser."""
+        particles = seeds
+        if self.options.candidates > 1 and not warm and not self.out_of_time():
+            self.progress(Progress("stein", 0.05))
+            particles = explored(self.scene, particles, self.options.kernel, self.options.seed)
+            self.steps += STEIN_STEPS
+        self._polish(particles, WARM_POLISH_PENALTIES if warm else POLISH_PENALTIES, "polish", 0.1, 0.8)
+        for repair in range(MOST_REPAIRS):
+            if self.out_of_time() or all(candidate.feasible for candidate in self.best):
+                break
+            # From where the optimiser left off, which is nearer to good than the seed that may have been kept.
+            detours = self._around_obstacles(self._last)
+            at = 0.8 + 0.15 * repair / MOST_REPAIRS
+            self._polish(detours, REPAIR_PENALTIES, "repair", at, at + 0.15 / MOST_REPAIRS)
 
-    def body(state: stein.State, _: None) -> tuple[stein.State, None]:
-        return stein.step(state, jax.vmap(score)(state.particles, reference), kernel, smooth, STEIN_STEPS), None
+    def plan(self) -> Plan:
+        """Select, and measure the set against the baseline."""
+        selected = select(self.best)
+        if selected is None:
+            status, length_m = Status.INFEASIBLE, float(np.median([one.report.length_m for one in self.best]))
+        else:
+            status = Status.STEP_LIMIT if self.out_of_time() else Status.CONVERGED
+            length_m = self.best[selected].report.length_m
+        baseline, _ = lawnmower_ergodic_metric(self.problem, self.judge.ergodic_metric, length_m)
+        paths = np.stack([at_middles(candidate.trajectory).position_m for candidate in self.best])
+        return Plan(
+            status=status,
+            candidates=tuple(self.best),
+            selected=selected,
+            lawnmower_ergodic_metric=baseline,
+            diversity=diversity(self.problem.workspace.unit_from_enu(paths)),
+            steps=self.steps,
+        )
 
-    state, _ = jax.lax.scan(body, stein.init(stein.separated(particles, key)), None, length=STEIN_STEPS)
-    return state.particles
+    def _polish(
+        self, particles: Particles, penalties: Sequence[float], phase: str, done_from: float, done_to: float
+    ) -> None:
+        rounds = 0
 
+        def after_round(lowest: float) -> bool:
+            nonlocal rounds
+            rounds += 1
+            self.progress(Progress(phase, done_from + (done_to - done_from) * rounds / len(penalties), lowest))
+            return not self.out_of_time()
 
-@eqx.filter_jit
-def _begin(scene: Scene, particles: Float[Array, "particle free 3"]) -> augmented_lagrangian.State:
-    return jax.vmap(lambda free: augmented_lagrangian.init(scene, free))(particles)
+        self._last, steps = polished(self.scene, particles, penalties, after_round)
+        self.steps += steps
+        self.offer(self._last)
 
+    def _around_obstacles(self, particles: Particles) -> Particles:
+        """The set with its refused candidates led around what they run through."""
+        free = FreeSpace(self.problem)
+        found = np.array(particles)
+        for index, candidate in enumerate(self.best):
+            if not candidate.feasible and np.isfinite(particles[index]).all():
+                found[index] = self._free_along(rerouted(trajectory_of(self.problem, particles[index]), free))
+        return found
 
-@eqx.filter_jit
-def _polish(
-    scene: Scene, state: augmented_lagrangian.State, penalty: Float[Array, ""]
-) -> tuple[augmented_lagrangian.State, augmented_lagrangian.Info]:
-    """One round of multipliers for every candidate."""
-    return jax.vmap(lambda one: augmented_lagrangian.step(scene, one, penalty, SMOOTHNESS_WEIGHT, STEPS_PER_ROUND))(
-        state
-    )
-
-
-def _plan(
-    problem: Problem, options: Options, judge: Judge, candidates: list[Candidate], steps: int, stopped: bool
-) -> Plan:
-    """Select, and measure the set against the baseline."""
-    selected = select(candidates)
-    if selected is None:
-        finite = np.isfinite([candidate.cost for candidate in candidates]).any()
-        status = Status.INFEASIBLE if finite else Status.DIVERGED
-        length_m = float(np.median([candidate.report.length_m for candidate in candidates]))
-    else:
-        status = Status.STEP_LIMIT if stopped else Status.CONVERGED
-        length_m = candidates[selected].report.length_m
-    baseline, _ = lawnmower_ergodic_metric(problem, judge.ergodic_metric, length_m)
-    paths = np.stack([at_middles(candidate.trajectory).position_m for candidate in candidates])
-    return Plan(
-        status=status,
-        candidates=tuple(candidates),
-        selected=selected,
-        lawnmower_ergodic_metric=baseline,
-        diversity=diversity(problem.workspace.unit_from_enu(paths)),
-        steps=steps,
-    )
+    def _free_along(self, path_m: Float[np.ndarray, "moment 3"]) -> Float[np.ndarray, "free 3"]:
+        control = spline_from_path(path_m, self.problem, self.segments)
+        return np.clip(free_from_control(self.problem.workspace.unit_from_enu(control)), 0.0, 1.0)

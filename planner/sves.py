@@ -10,8 +10,7 @@ paper to get any plan at all (see docs/mathematics.md):
 
 from __future__ import annotations
 
-import dataclasses
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import equinox as eqx
 import jax
@@ -20,7 +19,8 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from planner import stein
-from planner.problem import Kernel, Options
+from planner.polish import Particles
+from planner.problem import Kernel
 from planner.scene import Scene
 
 INVERSE_TEMPERATURE = 10.0
@@ -29,19 +29,6 @@ PENALTY_WEIGHT = 1.0
 SMOOTHNESS_WEIGHT = 15.0
 CHUNKS = 10
 STEPS_PER_CHUNK = 50
-
-
-@dataclasses.dataclass(frozen=True)
-class Refinement:
-    """A set worth judging.
-
-    Attributes:
-        free: Free control points of every candidate, unit cube.
-        steps: Optimisation steps behind it.
-    """
-
-    free: Float[np.ndarray, "particle free 3"]
-    steps: int
 
 
 def loss(scene: Scene, free: Float[Array, "free 3"]) -> Float[Array, ""]:
@@ -57,21 +44,20 @@ def loss(scene: Scene, free: Float[Array, "free 3"]) -> Float[Array, ""]:
     )
 
 
-def refined(
-    scene: Scene,
-    seeds: Float[np.ndarray, "particle free 3"],
-    options: Options,
-    out_of_time: Callable[[], bool],
-) -> Iterator[Refinement]:
-    """The set after all steps (or those there was time for)."""
+def descended(scene: Scene, seeds: Particles, kernel: Kernel, out_of_time: Callable[[], bool]) -> tuple[Particles, int]:
+    """The set after all steps, or after those there was time for.
+
+    Returns:
+        The candidates' free control points and the steps taken.
+    """
     particles = jnp.asarray(seeds, jnp.float32)
     steps = 0
     for _ in range(CHUNKS):
         if out_of_time():
             break
-        particles = _chunk(scene, particles, options.kernel)
+        particles = _chunk(scene, particles, kernel)
         steps += STEPS_PER_CHUNK
-    yield Refinement(np.asarray(particles), steps)
+    return np.asarray(particles), steps
 
 
 @eqx.filter_jit
