@@ -18,8 +18,8 @@ from planner.problem import Problem
 from planner.routing import Routes
 
 # Paths keep a little more than the least distance, so that smoothing them does not cut into it.
-ALLOWANCE = 1.05
-PUSHES = 4
+ALLOWANCE = 1.15
+PUSHES = 3
 # A step around: samples along the blocked stretch, offsets tried, and the largest as a multiple of its length.
 STEP_SAMPLES = 9
 RUNGS = 10
@@ -31,6 +31,10 @@ LEG_SHARES = np.array([0.25, 0.5, 0.75])[:, None]
 class FreeSpace:
     """The box less the inflated obstacles, inside the fence.
 
+    Args:
+        problem: Box, fence, obstacles and vehicle.
+        allowance: What is kept, as a multiple of what must be.
+
     Attributes:
         low_m: Lower corner of the box.
         high_m: Upper corner of the box.
@@ -38,11 +42,11 @@ class FreeSpace:
         descent_cost: The same for descending.
     """
 
-    def __init__(self, problem: Problem) -> None:
+    def __init__(self, problem: Problem, allowance: float = ALLOWANCE) -> None:
         self.low_m = problem.workspace.box_min_m
         self.high_m = problem.workspace.box_max_m
         self._field = problem.obstacles
-        self._keep_out_m = ALLOWANCE * problem.keep_out_m
+        self._keep_out_m = allowance * problem.keep_out_m
         self._fence = None if problem.fence_polygon_m is None else KeepIn.of(problem.fence_polygon_m)
         self._fence_inset_m = 0.01 * float((self.high_m - self.low_m)[:2].min())
         limits = problem.limits

@@ -18,8 +18,7 @@ from planner.free_space import FreeSpace
 from planner.polyline import at_lengths, length_of
 from planner.problem import Problem
 from planner.seeds.altitudes import Altitudes
-from planner.seeds.patterns import Region
-from planner.seeds.seed_set import layered_rows
+from planner.seeds.patterns import Region, layered_rows
 
 SAMPLES = 1000
 MOST_ROWS = 400
@@ -38,7 +37,7 @@ class Rows:
 
     Attributes:
         heading_rad: Direction of the first layer's rows, from east.
-        rows: Rows a layer.
+        rows: Rows of all layers together.
         layers: How many layers.
         mirrored: Whether the first row begins at its other end.
     """
@@ -82,7 +81,8 @@ class _Course:
     """Makes lawnmowers of one length for one problem."""
 
     def __init__(self, problem: Problem, length_m: float) -> None:
-        self._free, self._region, self._altitudes = FreeSpace(problem), Region(problem), Altitudes(problem)
+        self._free = FreeSpace(problem, allowance=1.0)
+        self._region, self._altitudes = Region(problem), Altitudes(problem)
         self._length_m = length_m
 
     @property
@@ -94,7 +94,8 @@ class _Course:
         layer_counts = range(1, MOST_LAYERS + 1) if self._altitudes.layered else (1,)
         for heading, layers in itertools.product(self._region.headings_rad, layer_counts):
             fewest = self._fewest_rows(heading, layers)
-            for rows, mirrored in itertools.product(range(fewest, fewest + MORE_ROWS), (False, True)):
+            more = range(fewest, fewest + MORE_ROWS * layers)
+            for rows, mirrored in itertools.product(more, (False, True)):
                 yield Rows(heading, rows, layers, mirrored)
 
     def _fewest_rows(self, heading_rad: float, layers: int) -> int:
@@ -110,18 +111,20 @@ class _Course:
 
     def _path(self, rows: Rows, inset_m: float) -> Float[np.ndarray, "point 3"]:
         heading = rows.heading_rad + (np.pi if rows.mirrored else 0.0)
-        return layered_rows(self._region, self._altitudes, heading, rows.rows, rows.layers, inset_m)
+        return layered_rows(self._region, heading, rows.rows, self._altitudes.levels(rows.layers), inset_m)
 
     def sampled(self, rows: Rows, around_obstacles: bool) -> Float[np.ndarray, "time 3"]:
         """Positions at equal times along a lawnmower whose rows end where its length is the one asked for."""
         path = self._fitted(rows, self._length_m)
         if around_obstacles:
-            wanted, flown = self._length_m, self._free.path_through(path)
+            wanted, flown = self._length_m, [self._free.path_through(path)]
             for _ in range(DETOUR_ROUNDS):
-                # Shorter rows make room for the ways around; what is then too much is cut at the end.
-                wanted *= self._length_m / length_of(flown)
-                flown = self._free.path_through(self._fitted(rows, wanted))
-            path = flown
+                # Shorter rows make room for the ways around.
+                wanted *= self._length_m / length_of(flown[-1])
+                flown.append(self._free.path_through(self._fitted(rows, wanted)))
+            long_enough = [way for way in flown if length_of(way) >= self._length_m]
+            # What is still too much is cut at the end.
+            path = min(long_enough, key=length_of) if long_enough else max(flown, key=length_of)
         legs = np.linalg.norm(np.diff(path, axis=0), axis=1)
         # The middles of equal parts stand for equal times.
         along = (np.arange(SAMPLES) + 0.5) / SAMPLES * min(self._length_m, float(legs.sum()))
@@ -132,6 +135,6 @@ class _Course:
         inset, path = 0.0, self._path(rows, 0.0)
         for _ in range(FITTING_ROUNDS):
             # Each row loses its inset at both ends.
-            inset = max(0.0, inset + (length_of(path) - length_m) / (2.0 * rows.rows * rows.layers))
+            inset = max(0.0, inset + (length_of(path) - length_m) / (2.0 * rows.rows))
             path = self._path(rows, inset)
         return path

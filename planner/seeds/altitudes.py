@@ -56,8 +56,8 @@ class Altitudes:
         """A flat path at one quantile of the information under and over it."""
         return np.column_stack([place_m, self.at(place_m, np.full(len(place_m), quantile))])
 
-    def level(self, quantile: float) -> float:
-        """The altitude below which a share of all information lies."""
-        return float(
-            self._low[2] + self._lengths[2] * np.interp(quantile, self._whole, np.linspace(0, 1, len(self._whole)))
-        )
+    def levels(self, layers: int) -> list[float]:
+        """Altitudes of level layers, each the middle of an equal share of all information."""
+        edges = np.linspace(0.0, 1.0, len(self._whole))
+        shares = (np.arange(layers) + 0.5) / layers
+        return [float(self._low[2] + self._lengths[2] * np.interp(share, self._whole, edges)) for share in shares]

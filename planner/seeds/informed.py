@@ -25,7 +25,8 @@ def stops(problem: Problem, count: int, rng: np.random.Generator) -> Float[np.nd
     # One draw from each of equal shares of the mass: fewer clumps than independent draws.
     share = (np.arange(size) + rng.random(size)) / size
     cell = np.minimum(np.searchsorted(np.cumsum(mass), share), mass.size - 1)
-    samples = grid.centers_m().reshape(-1, 3)[cell] + (rng.random((size, 3)) - 0.5) * grid.cell_m
+    index = np.stack(np.unravel_index(cell, grid.mass.shape), axis=1)
+    samples = problem.workspace.box_min_m + (index + rng.random((size, 3))) * grid.cell_m
     scale = problem.workspace.lengths_m
     unit = samples / scale
     centers = unit[rng.choice(size, count, replace=False)]
@@ -38,7 +39,10 @@ def stops(problem: Problem, count: int, rng: np.random.Generator) -> Float[np.nd
 
 
 def tour(
-    start_m: Float[np.ndarray, "3"], stops_m: Float[np.ndarray, "stop 3"], end_m: Float[np.ndarray, "3"] | None
+    start_m: Float[np.ndarray, "3"],
+    stops_m: Float[np.ndarray, "stop 3"],
+    end_m: Float[np.ndarray, "3"] | None,
+    vertical_cost: float,
 ) -> Float[np.ndarray, "point 3"]:
     """A short way from the start over all stops to the end: nearest neighbour, then 2-opt (Croes, 1958).
 
@@ -46,12 +50,14 @@ def tour(
         start_m: Where it begins.
         stops_m: What it visits.
         end_m: Where it ends; None: at any stop.
+        vertical_cost: Level metres that a vertical metre is worth.
 
     Returns:
         Start, stops in order, end.
     """
     points = np.concatenate([start_m[None], stops_m] if end_m is None else [start_m[None], stops_m, end_m[None]])
-    distance = cdist(points, points)
+    scaled = points * np.array([1.0, 1.0, vertical_cost])
+    distance = cdist(scaled, scaled)
     inner = len(stops_m)
     left = np.ones(len(points), dtype=bool)
     left[[0] if end_m is None else [0, -1]] = False

@@ -1,6 +1,13 @@
 """From a path in space to positions in time: how far the vehicle gets, and where it is when.
 
-Lengths are those of `FreeSpace.flown_lengths`, so that climbs and descents keep their own limits.
+The path's corners are rounded; then each place has its greatest speed, by the vehicle's limits and the path's
+curvature, and speeds up and slows down no faster than it may (Bobrow, Dubowsky & Gibson, 1985, with the two
+accelerations' shares fixed). The cruise is what makes the path last as long as there is time.
+
+| symbol | identifier   | unit | meaning                                              |
+|--------|--------------|------|------------------------------------------------------|
+| s      | `along`      | m    | length along the path                                |
+| κ      | `curvature`  | 1/m  | v²κ is the acceleration across the path              |
 """
 
 from __future__ import annotations
@@ -10,14 +17,19 @@ from jaxtyping import Float
 from scipy.ndimage import gaussian_filter1d
 
 from planner.free_space import FreeSpace
-from planner.polyline import at_lengths, densified
+from planner.polyline import at_lengths, at_places, densified
 from planner.problem import Problem
 
-# Seeds keep off the limits, so that smoothing and corners stay within them.
+# Seeds keep off the limits, so that the spline through them stays within.
 SPEED_SHARE = 0.92
-ACCELERATION_SHARE = 0.7
-# A corner flown at speed v with acceleration a takes about v/a; the smoothing's deviation is this share of it.
-CORNER_SHARE = 0.35
+ACROSS_SHARE = 0.7
+ALONG_SHARE = 0.5
+# Corners are rounded over this share of v²/a, but by no more than a share of the whole path.
+ROUNDING_SHARE = 0.2
+MOST_ROUNDING = 1.0 / 60.0
+PLACES = 1200
+# How far a vehicle in motion is carried before it turns, as a share of the way that braking takes.
+BRAKING_SHARE = 1.1
 _PROFILE_STEPS = 2000
 
 
@@ -34,41 +46,84 @@ def reach_m(problem: Problem, duration_s: float | None = None) -> float:
 
 def paced(
     points_m: Float[np.ndarray, "point 3"], problem: Problem, free: FreeSpace, moments: int
-) -> Float[np.ndarray, "moment 3"]:
-    """Positions at equal times along a path: speeding up, cruising, slowing down, corners rounded.
-
-    A path shorter than the vehicle's reach is flown more slowly; one that is longer is flown faster than seeds should.
+) -> tuple[Float[np.ndarray, "moment 3"], float]:
+    """Positions at equal times along a path, corners rounded, within the vehicle's limits.
 
     Args:
         points_m: The path; it begins where the vehicle is.
         problem: Vehicle, start and time.
         free: Where the vehicle may be.
         moments: How many positions, the first at the start, the last at the end.
+
+    Returns:
+        The positions, and by what factor the path was too long for the time (one or less: it fits).
     """
-    legs = free.flown_lengths(points_m)
-    total = float(legs.sum())
-    top = SPEED_SHARE * problem.limits.max_speed_mps
-    low, high = 0.0, top
-    for _ in range(40):
+    limits = problem.limits
+    path = _rounded(points_m, problem, free)
+    steps = np.diff(path, axis=0)
+    length = np.maximum(np.linalg.norm(steps, axis=1), 1e-12)
+    along = np.concatenate([[0.0], np.cumsum(length)])
+    slope = np.append(steps[:, 2] / length, 0.0)
+    steepest = np.where(slope > 0.0, slope / limits.max_climb_mps, -slope / limits.max_descent_mps)
+    greatest = SPEED_SHARE / np.maximum(1.0 / limits.max_speed_mps, steepest)
+    across = ACROSS_SHARE * limits.max_acceleration_mps2
+    greatest = np.minimum(greatest, np.sqrt(across / np.maximum(_curvature(path, length), 1e-12)))
+    change = 2.0 * ALONG_SHARE * limits.max_acceleration_mps2
+    first = float(np.linalg.norm(problem.start.velocity_mps))
+
+    def times(cruise_mps: float) -> Float[np.ndarray, "place"]:
+        squared = np.minimum(greatest, cruise_mps) ** 2
+        squared[-1] = 0.0
+        squared[0] = first**2
+        speeding = np.minimum.accumulate(squared - change * along) + change * along
+        slowing = np.minimum.accumulate((squared + change * along)[::-1])[::-1] - change * along
+        speed = np.sqrt(np.maximum(np.minimum(speeding, slowing), 0.0))
+        return np.concatenate([[0.0], np.cumsum(2.0 * length / np.maximum(speed[1:] + speed[:-1], 1e-9))])
+
+    low, high = 0.0, limits.max_speed_mps
+    excess = float(times(high)[-1]) / problem.duration_s
+    for _ in range(30):
         cruise = 0.5 * (low + high)
-        low, high = (cruise, high) if _lengths(problem, problem.duration_s, cruise)[-1] < total else (low, cruise)
-    along = _lengths(problem, problem.duration_s, high)
-    # What the start's own speed carries beyond a short path, or what no speed reaches, is shrunk or stretched away.
-    along *= total / max(float(along[-1]), 1e-9)
-    time = np.linspace(0.0, problem.duration_s, moments)
-    length = np.interp(time, np.linspace(0.0, problem.duration_s, _PROFILE_STEPS), along)
-    positions = at_lengths(points_m, legs, length)
-    corner_s = CORNER_SHARE * max(high, 1e-3) / problem.limits.max_acceleration_mps2
-    moments_of_a_corner = min(corner_s, problem.duration_s / 30.0) / problem.duration_s * (moments - 1)
-    smooth = gaussian_filter1d(positions, moments_of_a_corner, axis=0, mode="nearest")
-    smooth[0], smooth[-1] = positions[0], positions[-1]
-    between = free.pushed(smooth)
-    between[0], between[-1] = positions[0], positions[-1]
-    return between
+        low, high = (cruise, high) if times(cruise)[-1] > problem.duration_s else (low, cruise)
+    when = times(high)
+    # A path that no cruise makes fit is flown in the same proportions, faster than seeds should.
+    place = np.interp(np.linspace(0.0, when[-1], moments), when, np.arange(len(path)))
+    return at_places(path, place), excess
+
+
+def _rounded(points_m: Float[np.ndarray, "point 3"], problem: Problem, free: FreeSpace) -> Float[np.ndarray, "place 3"]:
+    """The path at places of equal distance, its corners rounded, then moved out of what rounding cut into."""
+    legs = np.linalg.norm(np.diff(points_m, axis=0), axis=1)
+    total = float(legs.sum())
+    path = at_lengths(points_m, legs, np.linspace(0.0, total, PLACES))
+    limits = problem.limits
+    radius = ROUNDING_SHARE * limits.max_speed_mps**2 / limits.max_acceleration_mps2
+    spread = min(radius / max(total, 1e-9), MOST_ROUNDING) * (PLACES - 1)
+    for share in (1.0, 0.5):
+        smooth = free.pushed(_smoothed(path, share * spread))
+        smooth[[0, -1]] = path[[0, -1]]
+        path = smooth
+    return _smoothed(path, 0.25 * spread)
+
+
+def _smoothed(path: Float[np.ndarray, "place 3"], spread: float) -> Float[np.ndarray, "place 3"]:
+    """Smoothed over a number of places, the ends kept (the path is continued beyond them point-symmetrically)."""
+    margin = min(len(path) - 1, int(4.0 * spread) + 1)
+    before = 2.0 * path[0] - path[margin:0:-1]
+    after = 2.0 * path[-1] - path[-2 : -margin - 2 : -1]
+    whole = gaussian_filter1d(np.concatenate([before, path, after]), spread, axis=0)
+    return whole[margin : margin + len(path)]
+
+
+def _curvature(path: Float[np.ndarray, "place 3"], length: Float[np.ndarray, "leg"]) -> Float[np.ndarray, "place"]:
+    """Turn of the direction over the way, 1/m; the ends do not turn."""
+    direction = np.diff(path, axis=0) / length[:, None]
+    turn = np.linalg.norm(np.diff(direction, axis=0), axis=1)
+    return np.pad(turn / (0.5 * (length[1:] + length[:-1])), 1)
 
 
 def led_to_the_end(
-    path_m: Float[np.ndarray, "point 3"], problem: Problem, free: FreeSpace
+    path_m: Float[np.ndarray, "point 3"], problem: Problem, free: FreeSpace, reach: float
 ) -> Float[np.ndarray, "point 3"]:
     """A path cut where the vehicle must turn to its end to be there in time; it ends there (or where it is cut).
 
@@ -76,8 +131,8 @@ def led_to_the_end(
         path_m: The path; it begins where the vehicle is.
         problem: Where to end, with which vehicle and time.
         free: Where the vehicle may be.
+        reach: How long it may be, metres of `FreeSpace.flown_lengths`.
     """
-    reach = reach_m(problem)
     dense = densified(path_m, max(reach / 1000.0, 1e-6))
     along = np.concatenate([[0.0], np.cumsum(free.flown_lengths(dense))])
     end = problem.end_position_m
@@ -105,7 +160,7 @@ def lead_in(problem: Problem) -> Float[np.ndarray, "point 3"]:
     """Where a vehicle in motion is carried before it can turn: its position, and where braking would bring it."""
     start = problem.start
     speed = float(np.linalg.norm(start.velocity_mps))
-    carried = start.velocity_mps * speed / (2.0 * problem.limits.max_acceleration_mps2)
+    carried = BRAKING_SHARE * start.velocity_mps * speed / (2.0 * ALONG_SHARE * problem.limits.max_acceleration_mps2)
     if speed < 0.05 * problem.limits.max_speed_mps:
         return start.position_m[None]
     ahead = np.clip(start.position_m + carried, problem.workspace.box_min_m, problem.workspace.box_max_m)
@@ -115,7 +170,7 @@ def lead_in(problem: Problem) -> Float[np.ndarray, "point 3"]:
 def _lengths(problem: Problem, duration_s: float, cruise_mps: float) -> Float[np.ndarray, "step"]:
     """Length flown by each of equal moments: from the start's speed to the cruise, and to rest at the end."""
     time = np.linspace(0.0, duration_s, _PROFILE_STEPS)
-    change = ACCELERATION_SHARE * problem.limits.max_acceleration_mps2
+    change = ALONG_SHARE * problem.limits.max_acceleration_mps2
     first = float(np.linalg.norm(problem.start.velocity_mps))
     begin = np.clip(cruise_mps, first - change * time, first + change * time)
     speed = np.minimum(begin, change * (duration_s - time))

@@ -5,6 +5,8 @@ They cover a `Region`: the box, or what the fence leaves of it.
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float
 
@@ -130,3 +132,32 @@ def sectors(center_m: Float[np.ndarray, "2"], radius_m: float, count: int, headi
     sign = np.where(np.arange(count) % 2 == 0, 1.0, -1.0)[:, None]
     pairs = np.stack([center_m - sign * ends, center_m + sign * ends], axis=1).reshape(-1, 2)
     return np.concatenate([center_m[None], pairs[1:]])
+
+
+def layered_rows(
+    region: Region,
+    heading_rad: float,
+    rows: int,
+    altitudes_m: Sequence[float],
+    inset_m: float | None = None,
+) -> Float[np.ndarray, "point 3"]:
+    """A lawnmower in one or more level layers, each across the one before.
+
+    Args:
+        region: What is covered.
+        heading_rad: Direction of the first layer's rows, from east.
+        rows: How many in all; the first layers get what is left over.
+        altitudes_m: Of the layers, in the order flown.
+        inset_m: How far rows end before the border; None: half a spacing.
+    """
+    parts: list[np.ndarray] = []
+    each, more = divmod(rows, len(altitudes_m))
+    for layer, altitude in enumerate(altitudes_m):
+        count = each + (1 if layer < more else 0)
+        if count == 0:
+            break
+        flat = lawnmower(region, heading_rad + 0.5 * np.pi * layer, count, inset_m)
+        if parts and np.linalg.norm(flat[0] - parts[-1][-1, :2]) > np.linalg.norm(flat[-1] - parts[-1][-1, :2]):
+            flat = flat[::-1]
+        parts.append(np.column_stack([flat, np.full(len(flat), altitude)]))
+    return np.concatenate(parts)

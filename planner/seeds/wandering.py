@@ -1,35 +1,38 @@
-"""Random paths: a line with a random sine series on it, folded into the box."""
+"""Random paths: smooth ways through random places of the box."""
 
 from __future__ import annotations
 
 import numpy as np
 from jaxtyping import Float
+from scipy.interpolate import CubicSpline
 
-from planner.problem import Problem
+from planner.workspace import Workspace
 
-POINTS = 400
-MOST_WAVES = 40
-SPREAD = 0.35
+MOST_PLACES = 60
+POINTS_A_PLACE = 16
 
 
 def wander(
-    problem: Problem, end_m: Float[np.ndarray, "3"], waves: int, amplitude: Float[np.ndarray, "wave 3"]
+    workspace: Workspace,
+    first_m: Float[np.ndarray, "3"],
+    places_unit: Float[np.ndarray, "place 3"],
+    last_m: Float[np.ndarray, "3"] | None,
 ) -> Float[np.ndarray, "point 3"]:
-    """From the start to an end with waves of random size on the way.
+    """The cubic spline by chord length through places; where it swings out of the box it follows the wall.
 
     Args:
-        problem: Start and box.
-        end_m: Where it ends.
-        waves: How many of the series' terms are used: more make it longer.
-        amplitude: Standard normal numbers, one a term and axis.
+        workspace: The box.
+        first_m: Where it begins.
+        places_unit: What it passes, in the unit cube.
+        last_m: Where it ends; None: at the last place.
     """
-    workspace = problem.workspace
-    s = np.linspace(0.0, 1.0, POINTS)[:, None]
-    first, last = workspace.unit_from_enu(problem.start.position_m), workspace.unit_from_enu(end_m)
-    k = np.arange(1, waves + 1)
-    # The variance is shared by all terms, so more waves mean a longer path and not a wider one.
-    series = np.sin(np.pi * k * s) @ (amplitude[:waves] * SPREAD / np.sqrt(waves / 2.0))
-    unit = first + (last - first) * s + series
-    # What leaves the box is mirrored at its walls.
-    folded = 1.0 - np.abs((unit % 2.0) - 1.0)
-    return workspace.enu_from_unit(folded)
+    places = workspace.enu_from_unit(places_unit)
+    knots = np.concatenate([first_m[None], places] if last_m is None else [first_m[None], places, last_m[None]])
+    chord = np.linalg.norm(np.diff(knots, axis=0), axis=1)
+    # The square root of the chord keeps the swing of close places small (Lee, 1989).
+    parameter = np.concatenate([[0.0], np.cumsum(np.sqrt(np.maximum(chord, 1e-6 * workspace.lengths_m.max())))])
+    dense = np.interp(
+        np.linspace(0.0, len(knots) - 1.0, (len(knots) - 1) * POINTS_A_PLACE + 1), np.arange(len(knots)), parameter
+    )
+    path = np.asarray(CubicSpline(parameter, knots, bc_type="natural")(dense))
+    return np.clip(path, workspace.box_min_m, workspace.box_max_m)
