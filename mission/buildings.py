@@ -45,7 +45,9 @@ def read_buildings(entry: GeoJson, origin: GeodeticPoint) -> tuple[Building, ...
     name = entry.file.name
     try:
         document = json.loads(entry.file.read_text(encoding="utf-8"))
-    except (json.JSONDecodeError, UnicodeDecodeError) as error:
+    except OSError as error:
+        raise ValueError(f"{name} cannot be read: {error.strerror or error}") from error
+    except (json.JSONDecodeError, UnicodeDecodeError, RecursionError) as error:
         raise ValueError(f"{name} is not JSON: {error}") from error
     match document:
         case {"type": "FeatureCollection", "features": [*features]}:

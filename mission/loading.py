@@ -60,6 +60,8 @@ def read_document(path: Path | str, overrides: Sequence[str] = ()) -> Document:
         data = tomllib.loads(text)
     except tomllib.TOMLDecodeError as error:
         raise InputError(source, [Finding("file", source, f"is not valid TOML: {error}")]) from error
+    except RecursionError as error:
+        raise InputError(source, [Finding("file", source, "is nested too deeply to be a mission")]) from error
     findings: list[Finding] = []
     overridden: list[str] = []
     for override in overrides:

@@ -26,8 +26,9 @@ This page is written from the schema by `python -m mission.mission_file_docs doc
 that it was: change the schema, not the page.
 
 A mission file is [TOML](https://toml.io). Only `[site]`, `[information]` and `[planner]` must be there; everything else
-has a default that is safe. `mission check MISSION.toml` says everything that is wrong with a file at once, or prints
-what it resolves to, with the unit and the source of every value.
+has a default that is safe; `name = "…"` above them all says what the mission is called. `mission check MISSION.toml`
+says everything that is wrong with a file at once, or prints what it resolves to, with the unit and the source of every
+value.
 
 **Positions** are metres east, north and up of `site.origin`. Wherever one is wanted,
 `{ lla_deg_m = [latitude, longitude, altitude above sea level] }` may stand instead, or the key may end in `_lla_deg_m`

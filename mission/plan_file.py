@@ -259,7 +259,7 @@ def read_plan_file(path: Path | str) -> PlanFile:
         raise refused(
             f"{error.msg} at line {error.lineno}, column {error.colno}", "is not complete JSON: plan again"
         ) from error
-    except ValueError as error:
+    except (ValueError, RecursionError) as error:
         raise refused(source, f"is not a plan: {error}") from error
     if not isinstance(data, dict) or data.get("format") != FORMAT:
         raise refused(source, f'is not a plan file: its "format" must be "{FORMAT}" (written by `mission plan`)')

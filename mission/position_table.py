@@ -83,6 +83,8 @@ def _rows_of(path: Path, origin: GeodeticPoint) -> Float[np.ndarray, "row 4"]:
                 if columns is GEODETIC and all(map(math.isfinite, numbers)):
                     numbers = enu_from_geodetic(GeodeticPoint(*numbers), origin)
                 rows.append([*numbers, weight])
-    except UnicodeDecodeError as error:
-        raise ValueError(f"{path.name} is not a text file in UTF-8") from error
+    except OSError as error:
+        raise ValueError(f"{path.name} cannot be read: {error.strerror or error}") from error
+    except (UnicodeDecodeError, csv.Error) as error:
+        raise ValueError(f"{path.name} is not a table of comma-separated text: {error}") from error
     return np.array(rows, dtype=float).reshape(-1, 4)

@@ -16,9 +16,9 @@ class Sensor(Section):
 
     detection_radius_m: Annotated[Length | None, Field(examples=[33.0])] = None
     """Radius of the disc that is seen (a 45° camera at 80 m sees 33 m); absent: no model of what is seen."""
-    detection_probability: Annotated[float, Field(gt=0.0, le=1.0)] = 0.9
+    detection_probability: Annotated[float, Field(ge=0.001, le=1.0)] = 0.9
     """Chance that what is in the disc is noticed in one pass."""
-    rate_hz: Annotated[float, Field(gt=0.0, le=1000.0)] = 1.0
+    rate_hz: Annotated[float, Field(ge=0.001, le=1000.0)] = 1.0
     """How often it looks."""
 
     @property
@@ -68,7 +68,7 @@ class Link(Section):
     """`sim` starts the built-in vehicle; else `udp://…`, `tcp://…` or `serial://…`."""
     system_id: Annotated[int, Field(ge=1, le=255)] = 1
     """MAVLink system id of the vehicle."""
-    ready_timeout_s: Annotated[float, Field(gt=0.0, le=3600.0)] = 120.0
+    ready_timeout_s: Annotated[float, Field(ge=1.0, le=3600.0)] = 120.0
     """How long to wait until the vehicle is ready to arm (PX4 takes 36 s after boot)."""
     signing_key_file: InputFile | None = None
     """File with the MAVLink 2 signing key; absent: nothing is signed."""

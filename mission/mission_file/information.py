@@ -25,7 +25,7 @@ class Component(Section):
     """Its middle."""
     std_m: Annotated[tuple[Length, Length, Length], Strict(False), Field(examples=[[40.0, 60.0, 15.0]])]
     """Standard deviations along east, north and up."""
-    weight: Annotated[float, Field(gt=0.0)] = 1.0
+    weight: Annotated[float, Field(gt=0.0, le=1e12)] = 1.0
     """Its share, relative to the other components."""
 
 

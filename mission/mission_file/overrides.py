@@ -29,7 +29,7 @@ def override_value(text: str) -> Any:
     """
     try:
         parsed = tomllib.loads(f"value = {text}")
-    except tomllib.TOMLDecodeError as error:
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
         if text.startswith(("[", "{", '"', "'")):
             raise ValueError(f"the value is not valid TOML ({error}); quote the whole for the shell") from error
         return CommandLineText(text)

@@ -23,7 +23,7 @@ class Planner(Section):
     """Where the path starts, at rest."""
     end_enu_m: Annotated[Position | None, Field(examples=[[10.0, 10.0, 30.0]])] = None
     """Where the path ends, at rest; absent: wherever it is best."""
-    duration_s: Annotated[float, Field(gt=0.0, le=86_400.0, examples=[600.0])]
+    duration_s: Annotated[float, Field(ge=0.1, le=86_400.0, examples=[600.0])]
     """Time from start to end."""
     candidates: Annotated[int, Field(ge=1, le=4096)] = 8
     """How many paths the set has."""
@@ -39,9 +39,9 @@ class Planner(Section):
     """The project's own optimiser, or the recipe of the Stein Variational Ergodic Search paper."""
     samples: Annotated[int | None, Field(ge=8, le=100_000, examples=[50])] = None
     """Samples of the path in the metric; absent: chosen from the duration."""
-    time_step_s: Annotated[float | None, Field(gt=0.0, le=60.0, examples=[0.1])] = None
+    time_step_s: Annotated[float | None, Field(ge=0.001, le=60.0, examples=[0.1])] = None
     """Time between those samples, instead of their number."""
-    time_limit_s: Annotated[float, Field(gt=0.0, le=86_400.0)] = 10.0
+    time_limit_s: Annotated[float, Field(ge=0.01, le=86_400.0)] = 10.0
     """Time the solver may take."""
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
     """Of every random number: the same seed gives the same plan."""

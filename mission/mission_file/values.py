@@ -150,8 +150,8 @@ def _path_from_file(value: object, info: ValidationInfo) -> object:
 Coordinate = Annotated[float, Field(ge=-LOCAL_PLANE_M, le=LOCAL_PLANE_M)]
 """Metres along one local axis."""
 
-Length = Annotated[float, Field(gt=0.0, le=LOCAL_PLANE_M)]
-"""A positive number of metres."""
+Length = Annotated[float, Field(ge=0.001, le=LOCAL_PLANE_M)]
+"""A positive number of metres, a millimetre or more."""
 
 Position = Annotated[tuple[Coordinate, Coordinate, Coordinate], Strict(False), BeforeValidator(_position_from_file)]
 """[east, north, up] in metres from the origin, or `{ lla_deg_m = [latitude, longitude, altitude] }`."""

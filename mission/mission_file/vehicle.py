@@ -65,22 +65,22 @@ class Vehicle(Section):
     """What flies; entries that are not given come from the preset."""
 
     preset: PresetName = DEFAULT_PRESET
-    """Whose figures the other entries start from."""
+    """Whose figures the other entries start from. `fixed-wing` is for planning only: paths start and end at rest."""
     autopilot: Literal["px4", "ardupilot"]
     """Whose dialect it speaks."""
-    max_speed_mps: Annotated[float, Field(gt=0.0, le=100.0, examples=[8.0])]
+    max_speed_mps: Annotated[float, Field(ge=0.01, le=100.0, examples=[8.0])]
     """Greatest speed, in any direction."""
-    max_climb_mps: Annotated[float, Field(gt=0.0, le=50.0, examples=[3.0])]
+    max_climb_mps: Annotated[float, Field(ge=0.01, le=50.0, examples=[3.0])]
     """Greatest speed upwards."""
-    max_descent_mps: Annotated[float, Field(gt=0.0, le=50.0, examples=[1.5])]
+    max_descent_mps: Annotated[float, Field(ge=0.01, le=50.0, examples=[1.5])]
     """Greatest speed downwards."""
-    max_acceleration_mps2: Annotated[float, Field(gt=0.0, le=50.0, examples=[3.0])]
+    max_acceleration_mps2: Annotated[float, Field(ge=0.01, le=50.0, examples=[3.0])]
     """Greatest acceleration, in any direction."""
-    max_yaw_rate_degps: Annotated[float, Field(gt=0.0, le=720.0, examples=[45.0])]
+    max_yaw_rate_degps: Annotated[float, Field(ge=0.01, le=720.0, examples=[45.0])]
     """Greatest rate of the heading."""
     radius_m: Annotated[float, Field(ge=0.0, le=50.0, examples=[0.4])]
     """From its middle to its outermost part."""
-    endurance_s: Annotated[float, Field(gt=0.0, le=1e6, examples=[1200.0])]
+    endurance_s: Annotated[float, Field(ge=1.0, le=1e6, examples=[1200.0])]
     """How long it flies on a full battery."""
 
     @model_validator(mode="before")
