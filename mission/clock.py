@@ -1,7 +1,8 @@
 """The flight clock: the vehicle's own time, made continuous and readable between two messages.
 
 It runs from zero when the flight begins, at the host's monotonic pace before the vehicle is heard, and then follows
-the vehicle: a vehicle that lives faster or slower (a simulator) carries the clock with it.
+the vehicle: a vehicle that lives faster or slower (a simulator) carries the clock with it. A simulator that runs faster
+than real time runs in lock-step and waits for setpoints; so then this clock waits for the simulator too.
 """
 
 from __future__ import annotations
@@ -12,6 +13,10 @@ import threading
 _FOLLOW = 0.2
 # A difference above this many host seconds is no jitter: the vehicle paused, or was restarted.
 _JUMP_HOST_S = 1.0
+# Faster than real time the clock runs no further ahead of the last message than this (flight seconds), until the
+# vehicle has been silent for so long (host seconds) that it can no longer be waiting.
+_LEAD_S = 0.3
+_SILENT_HOST_S = 1.0
 _RATE_WINDOW_HOST_S = 2.0
 _RATE_TOLERANCE = 0.2
 
@@ -69,7 +74,11 @@ class FlightClock:
             return vehicle_s + self._offset_s
 
     def _read(self, host_s: float) -> float:
-        return self._flight_s + (host_s - self._host_s) * self._rate
+        elapsed_s = host_s - self._host_s
+        if self._offset_s is None or self._rate <= 1.0 + _RATE_TOLERANCE:
+            return self._flight_s + elapsed_s * self._rate
+        running_on_s = max(0.0, elapsed_s - _SILENT_HOST_S) * self._rate
+        return self._flight_s + min(elapsed_s * self._rate, _LEAD_S) + running_on_s
 
     def _watch_rate(self, vehicle_s: float, host_s: float) -> None:
         """Notice a vehicle whose time runs at another pace than thought."""

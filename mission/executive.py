@@ -80,11 +80,18 @@ class Executive:
         monitors: What telemetry is held against.
         now_s: Flight clock at the beginning.
         from_s: Curve time at which the exploration begins, where a part of it was flown before.
+        patience: Flight seconds a host second: a link lives in the host's time, however fast a simulator's runs.
     """
 
     def __init__(
-        self, assignment: Assignment, monitors: Monitors, now_s: float = 0.0, from_s: float | None = None
+        self,
+        assignment: Assignment,
+        monitors: Monitors,
+        now_s: float = 0.0,
+        from_s: float | None = None,
+        patience: float = 1.0,
     ) -> None:
+        self._patience = max(1.0, patience)
         self.assignment = assignment
         self.monitors = monitors
         self.phase = Phase.CONNECTING
@@ -346,7 +353,7 @@ class Executive:
     # What time brings.
 
     def _watch_link(self, now_s: float) -> None:
-        silent_s = now_s - self._heard_s
+        silent_s = (now_s - self._heard_s) / self._patience
         if self.phase in STREAMING and silent_s > LINK_LOST_S:
             self._fire(Trigger.LINK_LOST, now_s)
         elif self.phase is Phase.BLIND and silent_s > LINK_GIVEN_UP_S and not self._told_to_return:
@@ -407,7 +414,7 @@ class Executive:
             command = Command.DISARM
         if command is Command.FOLLOW_SETPOINTS and now_s - self._entered_s < STREAM_FIRST_S:
             return
-        wait_s = ANSWER_S if self._order_open else RETRY_S
+        wait_s = ANSWER_S * self._patience if self._order_open else RETRY_S
         recent = self._ordered_s is not None and now_s - self._ordered_s < wait_s
         if recent or readings.obeyed(command, self.state):
             return

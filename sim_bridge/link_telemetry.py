@@ -69,8 +69,7 @@ class Telemetry:
         self._text_id = 0
         self._text = ""
         self._text_severity = 7
-        self._reached: int | None = None
-        self._current = 0
+        self._progress = MissionProgress(None, 0)
 
     def receive(self, message: mavlink.MAVLink_message) -> list[Heard]:
         """Take one message in.
@@ -102,12 +101,9 @@ class Telemetry:
             case mavlink.MAVLink_statustext_message():
                 return self._text_heard(message)
             case mavlink.MAVLink_mission_current_message():
-                self._current = int(message.seq)
-                return [MissionProgress(self._reached, self._current)]
+                return self._progressed(self._progress.reached, int(message.seq))
             case mavlink.MAVLink_mission_item_reached_message():
-                if self._reached != message.seq:
-                    self._reached = int(message.seq)
-                    return [MissionProgress(self._reached, self._current)]
+                return self._progressed(int(message.seq), self._progress.current)
             case _:
                 pass
         return []
@@ -150,7 +146,15 @@ class Telemetry:
 
     def restart_mission_progress(self) -> None:
         """Forget which items were reached: another mission begins."""
-        self._reached, self._current = None, 0
+        self._progress = MissionProgress(None, 0)
+
+    def _progressed(self, reached: int | None, current: int) -> list[Heard]:
+        """Progress, told once: both messages are repeated each second."""
+        progress = MissionProgress(reached, current)
+        if progress == self._progress:
+            return []
+        self._progress = progress
+        return [progress]
 
     def _tell_time(self, message: mavlink.MAVLink_message) -> None:
         if not isinstance(message, _CLOCKS):

@@ -68,16 +68,17 @@ class Stream:
         self.target: Target | None = None
         self.last_s = -math.inf
         self.last_new_s = -math.inf
-        """When the last one came that was not a repetition: a sender's library may repeat what its program sent."""
+        """When the last one came that was not a repetition, stamp and all: libraries repeat what their program sent."""
+        self._stamp_ms: int | None = None
 
     def receive(self, message: Message, body: Body, now_s: float) -> None:
         """Take a setpoint in."""
         target = target_of(message, body)
         if target is None:
             return
-        if target != self.target:
+        if target != self.target or message.time_boot_ms != self._stamp_ms:
             self.last_new_s = now_s
-        self.target, self.last_s = target, now_s
+        self.target, self.last_s, self._stamp_ms = target, now_s, int(message.time_boot_ms)
 
     def alive(self, now_s: float, loss_s: float) -> bool:
         """Whether a setpoint that counts came within the last `loss_s` seconds."""

@@ -1,0 +1,311 @@
+"""`fly`: a plan in, a flown exploration out, with a folder that holds everything about it."""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import datetime
+import enum
+import json
+import signal
+import threading
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from types import FrameType
+from typing import Any
+
+import numpy as np
+
+from mission.belief import Belief
+from mission.clock import FlightClock
+from mission.events import Assignment, FlightEnd, FlightMethod
+from mission.executive import Executive
+from mission.fence import autopilot_fence
+from mission.flight_log import read_flight_log
+from mission.flight_loop import FlightLoop
+from mission.flight_progress import Watcher
+from mission.ground import Ground
+from mission.intake import Intake
+from mission.mission_file import Mission
+from mission.monitors import Energy, Monitors
+from mission.phases import Phase
+from mission.planning import Planned
+from mission.recorder import SUMMARY_NAME, Recorder, write_durably
+from mission.replan_cycle import ReplanCycle, Schedule
+from mission.replanning import Replanner
+from mission.streamer import Streamer
+from mission.summary import summarize
+from planner.polygon import KeepIn
+from planner.problem import Problem
+from sim_bridge.frames import geodetic_from_enu
+from sim_bridge.link import Link
+from sim_bridge.link_autopilot import Autopilot
+
+MISSION_NAME = "mission.json"
+_SIM = "sim"
+_FENCE_TOLERANCE_M = 1.0
+_LEAST_CLEARANCE_SHARE = 0.3
+_TRACK_ERROR_S = 1.0
+_LEAST_TRACK_ERROR_M = 0.5
+_MOST_TRACK_ERROR_M = 5.0
+_REPLAN_LIMIT_HOST_S = 5.0
+
+
+class Outcome(enum.Enum):
+    """How a flight ended."""
+
+    DONE = "explored and landed"
+    EARLY = "landed before the exploration was done"
+    HANDED_OVER = "explored and handed over"
+    ABORTED = "aborted"
+
+
+@dataclasses.dataclass(frozen=True)
+class Flown:
+    """A flight that has ended.
+
+    Attributes:
+        outcome: How.
+        interrupted: Whether the operator interrupted it.
+        summary: What it came to, as `summary.json` has it.
+        folder: Everything about it.
+    """
+
+    outcome: Outcome
+    interrupted: bool
+    summary: dict[str, Any]
+    folder: Path
+
+
+@dataclasses.dataclass(frozen=True)
+class FlightSettings:
+    """How a plan is flown.
+
+    Attributes:
+        link: "sim", or the vehicle's address.
+        method: Setpoints, or an uploaded mission.
+        speed: How fast the built-in vehicle's time runs.
+        folder: Where everything about the flight goes.
+        from_s: Curve time at which the exploration begins, in a flight that is resumed.
+    """
+
+    link: str
+    method: FlightMethod
+    speed: float
+    folder: Path
+    from_s: float | None = None
+
+
+def settings_of(mission: Mission) -> FlightSettings:
+    """How a mission asks to be flown."""
+    return FlightSettings(mission.link.address, FlightMethod(mission.flight.mode), 1.0, default_folder(mission))
+
+
+def default_folder(mission: Mission) -> Path:
+    """`flights/NAME-TIME` in the working directory."""
+    name = "".join(letter if letter.isalnum() else "-" for letter in mission.name.lower())
+    return Path("flights") / f"{name}-{datetime.datetime.now():%Y%m%d-%H%M%S}"
+
+
+def fly(planned: Planned, settings: FlightSettings | None = None, watcher: Watcher | None = None) -> Flown:
+    """Fly a plan, to the landed vehicle or its own safe mode.
+
+    Args:
+        planned: The mission and its plan, with something to fly.
+        settings: How; None: as the mission says, into a new folder.
+        watcher: Told what happens; None: nobody is.
+
+    Returns:
+        How it ended.
+
+    Raises:
+        ValueError: There is nothing to fly.
+        LinkError: The vehicle cannot be reached.
+        OSError: The folder cannot be written.
+    """
+    mission, problem = planned.mission, planned.problem
+    settings = settings or settings_of(mission)
+    watcher = watcher or Watcher()
+    exploration = planned.plan.best.trajectory
+    recorder = Recorder(settings.folder, _header(planned, settings))
+    write_durably(settings.folder / MISSION_NAME, json.dumps(mission.model_dump(mode="json", exclude_none=True)))
+    recorder.course(0.0, exploration, "plan")
+    replanner = Replanner() if mission.replanning.enabled and settings.method is FlightMethod.OFFBOARD else None
+    rate = settings.speed if settings.link == _SIM else 1.0
+    clock = FlightClock(time.monotonic(), rate)
+    belief = Belief(problem, planned.options.modes)
+    assignment = assignment_of(planned, settings.method)
+    energy = energy_of(mission, problem)
+    executive = Executive(assignment, monitors_of(mission, belief, energy), from_s=settings.from_s, patience=rate)
+    loop: FlightLoop | None = None
+    try:
+        with _vehicle(mission, settings, watcher) as link:
+            streamer = Streamer(clock, mission.flight.stream_rate_hz, link.stream, link.close_stream, recorder.setpoint)
+            ground = Ground(
+                mission,
+                belief,
+                link,
+                energy,
+                Intake(settings.folder, mission),
+                assignment,
+                lambda: None,
+            )
+            cycle = (
+                None
+                if replanner is None
+                else ReplanCycle(replanner, belief, planned.options, _schedule(mission), planned.plan)
+            )
+            loop = FlightLoop(executive, link, clock, streamer, recorder, belief, cycle, ground, watcher)
+            try:
+                with _interrupting(loop):
+                    loop.run()
+            finally:
+                streamer.close()
+                gaps_s = np.array(link.setpoint_gaps_s())
+                reboots, refused = link.reboots, link.refused_messages
+    finally:
+        if replanner is not None:
+            replanner.close()
+        recorder.close()
+        watcher.close()
+    summary = {
+        "outcome": outcome_of(executive).value,
+        "landed": executive.phase is Phase.LANDED,
+        "explored": executive.explored,
+        "link": settings.link,
+        "mode": settings.method.value,
+        **summarize(read_flight_log(settings.folder), belief.problem, planned.options),
+        "offboard_lost": executive.offboard_lost,
+        "setpoint_gap_p999_s": float(np.quantile(gaps_s, 0.999)) if len(gaps_s) else None,
+        "setpoint_gap_max_s": float(gaps_s.max()) if len(gaps_s) else None,
+        "vehicle_reboots": reboots,
+        "messages_refused": refused,
+        "why": executive.why,
+    }
+    write_durably(settings.folder / SUMMARY_NAME, json.dumps(summary, indent=1) + "\n")
+    return Flown(outcome_of(executive), loop.interrupted, summary, settings.folder)
+
+
+def outcome_of(executive: Executive) -> Outcome:
+    """How a finished flight ended."""
+    match executive.phase:
+        case Phase.LANDED:
+            return Outcome.DONE if executive.explored else Outcome.EARLY
+        case Phase.HANDED_OVER:
+            return Outcome.HANDED_OVER
+        case _:
+            return Outcome.ABORTED
+
+
+def assignment_of(planned: Planned, method: FlightMethod) -> Assignment:
+    """What the executive is given to do."""
+    mission, limits = planned.mission, planned.problem.limits
+    return Assignment(
+        exploration=planned.plan.best.trajectory,
+        takeoff_altitude_m=mission.takeoff_altitude_m,
+        end=FlightEnd(mission.flight.end),
+        method=method,
+        max_acceleration_mps2=limits.max_acceleration_mps2,
+        max_yaw_rate_radps=limits.max_yaw_rate_radps,
+        max_climb_mps=limits.max_climb_mps,
+    )
+
+
+def energy_of(mission: Mission, problem: Problem) -> Energy:
+    """What flying costs."""
+    limits = problem.limits
+    return Energy(
+        mission.vehicle.endurance_s,
+        mission.flight.reserve_fraction,
+        limits.max_speed_mps,
+        limits.max_climb_mps,
+        limits.max_descent_mps,
+    )
+
+
+def monitors_of(mission: Mission, belief: Belief, energy: Energy) -> Monitors:
+    """What telemetry is held against: always what is known now, pushed obstacles too."""
+    keep_in = KeepIn.of(np.array(autopilot_fence(mission.site)))
+    ceiling_m = mission.site.box_m[1][2] + mission.site.fence_margin_m
+    radius_m = mission.vehicle.radius_m
+
+    def fence_distance_m(place: np.ndarray) -> float:
+        return min(float(keep_in.distance(place[None, :2])[0]), ceiling_m - float(place[2]))
+
+    return Monitors(
+        clearance_m=lambda place: float(belief.problem.obstacles.distance(place[None])[0]) - radius_m,
+        least_clearance_m=_LEAST_CLEARANCE_SHARE * mission.flight.clearance_margin_m,
+        fence_distance_m=fence_distance_m,
+        fence_tolerance_m=_FENCE_TOLERANCE_M,
+        max_track_error_m=float(
+            np.clip(_TRACK_ERROR_S * mission.vehicle.max_speed_mps, _LEAST_TRACK_ERROR_M, _MOST_TRACK_ERROR_M)
+        ),
+        energy=energy,
+        cruise_height_m=mission.takeoff_altitude_m,
+    )
+
+
+def _schedule(mission: Mission) -> Schedule:
+    return Schedule(mission.replanning.period_s, min(mission.planner.time_limit_s, _REPLAN_LIMIT_HOST_S))
+
+
+def _header(planned: Planned, settings: FlightSettings) -> dict[str, Any]:
+    origin = planned.mission.site.origin
+    return {
+        "name": planned.mission.name,
+        "origin": origin.model_dump(),
+        "link": settings.link,
+        "mode": settings.method.value,
+        "speed": settings.speed,
+        "started": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+    }
+
+
+@contextlib.contextmanager
+def _vehicle(mission: Mission, settings: FlightSettings, watcher: Watcher) -> Iterator[Link]:
+    """The vehicle, connected; the built-in one is started and ended."""
+    with contextlib.ExitStack() as stack:
+        address = settings.link
+        if address == _SIM:
+            from sim_bridge.simulator import spawn
+
+            simulator = spawn(
+                geodetic_from_enu(mission.home_enu_m, mission.site.origin.point()),
+                speed=settings.speed,
+                # As docs/flying.md tells the team to set a real one.
+                parameters=(("COM_OBL_RC_ACT", 5.0),),
+                endurance_s=mission.vehicle.endurance_s,
+                autopilot=Autopilot[mission.vehicle.autopilot.upper()],
+            )
+            stack.callback(simulator.stop)
+            address = simulator.address
+        watcher.say(f"connecting to {address}", warning=False)
+        link = Link.connect(
+            address,
+            mission.site.origin.point(),
+            vehicle_system=mission.link.system_id,
+            key_file=mission.link.signing_key_file,
+        )
+        stack.callback(link.close)
+        yield link
+
+
+@contextlib.contextmanager
+def _interrupting(loop: FlightLoop) -> Iterator[None]:
+    """Ctrl-C and a polite kill tell the flight to come back, instead of ending the process in the air."""
+    if threading.current_thread() is not threading.main_thread():
+        yield
+        return
+
+    def interrupt(_signal: int, _frame: FrameType | None) -> None:
+        loop.interrupt()
+
+    before: dict[signal.Signals, Any] = {
+        number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)
+    }
+    try:
+        yield
+    finally:
+        for number, handler in before.items():
+            signal.signal(number, handler)
