@@ -1,0 +1,149 @@
+"""The whole solve on small problems: what comes out is proven, different, repeatable and better than a lawnmower."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from planner import gate
+from planner.information import gaussians, uniform
+from planner.obstacles import Box, Cylinder, ObstacleField, Sphere
+from planner.plan import Status
+from planner.problem import Covered, Kernel, Limits, Method, MetricWeights, Options, Problem
+from planner.solve import Progress, solve
+from planner.spectral_metric import mean_basis
+from planner.trajectory import Motion, Trajectory, interpolating
+from planner.workspace import Workspace
+
+BOX = Workspace(np.array([0.0, 0.0, 5.0]), np.array([60.0, 40.0, 15.0]))
+OPTIONS = Options(candidates=4, modes=(8, 8, 1), kernel=Kernel.RBF)
+OBSTACLES = ObstacleField.of(
+    [
+        Sphere(np.array([20.0, 20.0, 10.0]), 4.0),
+        Cylinder(np.array([40.0, 12.0]), 3.0, 0.0, 20.0),
+        Box(np.array([30.0, 28.0, 0.0]), np.array([36.0, 34.0, 20.0])),
+    ]
+)
+
+
+def problem_with(**changes: object) -> Problem:
+    problem = Problem(
+        workspace=BOX,
+        information=uniform(BOX, (24, 16, 4)),
+        obstacles=OBSTACLES,
+        limits=Limits(max_speed_mps=3.0, max_climb_mps=2.0, max_descent_mps=1.0, max_acceleration_mps2=4.0),
+        start=Motion.at_rest(np.array([5.0, 5.0, 10.0])),
+        end_position_m=np.array([5.0, 5.0, 10.0]),
+        duration_s=100.0,
+        vehicle_radius_m=0.4,
+        clearance_margin_m=0.8,
+    )
+    return dataclasses.replace(problem, **changes)
+
+
+@pytest.fixture(scope="module")
+def plan():
+    return solve(problem_with(), OPTIONS)
+
+
+def tail(curve: Trajectory, from_s: float) -> Trajectory:
+    """What is left of a curve, as a curve of its own."""
+    moments = np.linspace(from_s, curve.end_s, curve.segments + 1)
+    return interpolating(curve.sample(moments).position_m, moments[1] - moments[0], curve.motion_at(from_s))
+
+
+def test_what_is_selected_is_proven_and_the_best_of_those_that_are(plan) -> None:
+    assert plan.status is Status.CONVERGED
+    assert gate.prove(plan.best.trajectory, problem_with()).report.passed
+    assert plan.best.cost == min(candidate.cost for candidate in plan.ranked())
+    assert plan.best.report.min_clearance_m >= 0.8
+
+
+def test_it_covers_a_level_area_better_than_a_lawnmower_of_its_length(plan) -> None:
+    assert plan.best.ergodic_metric < plan.lawnmower_ergodic_metric
+
+
+def test_candidates_differ(plan) -> None:
+    assert plan.diversity.mean_pair_distance > 0.1
+    assert plan.diversity.effective_plans > 2.0
+
+
+def test_the_same_seed_gives_the_same_plan_and_another_seed_another(plan) -> None:
+    again = solve(problem_with(), OPTIONS)
+    np.testing.assert_array_equal(plan.best.trajectory.control_points_m, again.best.trajectory.control_points_m)
+    other = solve(problem_with(), dataclasses.replace(OPTIONS, seed=5))
+    assert not np.array_equal(
+        plan.candidates[-1].trajectory.control_points_m, other.candidates[-1].trajectory.control_points_m
+    )
+
+
+def test_peaked_information_is_covered_at_least_twice_as_well_as_by_a_lawnmower() -> None:
+    peaked = gaussians(BOX, np.array([[45.0, 30.0, 10.0], [10.0, 30.0, 10.0]]), np.full((2, 3), 4.0), np.ones(2))
+    found = solve(problem_with(information=peaked), OPTIONS)
+    assert found.best.ergodic_metric < 0.5 * found.lawnmower_ergodic_metric
+
+
+def test_a_replan_begins_as_the_vehicle_moves_and_remembers_what_was_covered(plan) -> None:
+    curve = plan.best.trajectory
+    now_s = 20.0
+    flown = curve.sample(np.linspace(0.0, now_s, 400)).position_m
+    covered = Covered(mean_basis(BOX.unit_from_enu(flown), np.full(400, 1 / 400), OPTIONS.modes), now_s)
+    rest = problem_with(start=curve.motion_at(now_s), duration_s=curve.duration_s - now_s, covered=covered)
+    replanned = solve(rest, OPTIONS, warm_start=[tail(plan.best.trajectory, now_s)])
+    assert replanned.selected is not None
+    start = replanned.best.trajectory.motion_at(0.0)
+    np.testing.assert_allclose(start.position_m, rest.start.position_m, atol=1e-9)
+    np.testing.assert_allclose(start.velocity_mps, rest.start.velocity_mps, atol=1e-9)
+    np.testing.assert_allclose(start.acceleration_mps2, rest.start.acceleration_mps2, atol=1e-8)
+    # Flown and still to fly together are about as good as the plan was, so memory was kept.
+    assert replanned.best.ergodic_metric < 1.5 * plan.best.ergodic_metric
+
+
+def test_a_problem_without_a_way_is_said_to_be_infeasible() -> None:
+    walled = ObstacleField.of([Box(np.array([25.0, -1.0, 0.0]), np.array([35.0, 41.0, 20.0]))])
+    found = solve(problem_with(obstacles=walled, end_position_m=np.array([55.0, 20.0, 10.0])), OPTIONS)
+    assert found.status is Status.INFEASIBLE
+    assert found.selected is None
+    assert all(candidate.report.violations for candidate in found.candidates)
+    with pytest.raises(ValueError, match="nothing to fly"):
+        _ = found.best
+
+
+def test_out_of_time_at_once_still_returns_judged_candidates() -> None:
+    found = solve(problem_with(), OPTIONS, out_of_time=lambda: True)
+    assert len(found.candidates) == OPTIONS.candidates
+    assert found.status in (Status.STEP_LIMIT, Status.INFEASIBLE)
+
+
+def test_progress_goes_from_nothing_to_the_gate_without_falling_back() -> None:
+    told: list[Progress] = []
+    solve(problem_with(), OPTIONS, progress=told.append)
+    shares = [one.done for one in told]
+    assert shares == sorted(shares)
+    assert told[0].phase == "seeds"
+    assert told[-1].phase == "gate"
+
+
+def test_no_candidate_ends_worse_than_the_seed_it_grew_from() -> None:
+    seeds = solve(problem_with(), OPTIONS, out_of_time=lambda: True)
+    full = solve(problem_with(), OPTIONS)
+    for seed, candidate in zip(seeds.candidates, full.candidates, strict=True):
+        assert seed.seed_pattern == candidate.seed_pattern
+        if seed.feasible:
+            assert candidate.feasible
+            assert candidate.cost <= seed.cost
+
+
+@pytest.mark.parametrize("kernel", [Kernel.MARKOV, Kernel.IDENTITY, Kernel.CONSTANT, Kernel.SIGNATURE])
+def test_every_kernel_plans(kernel: Kernel) -> None:
+    found = solve(problem_with(), dataclasses.replace(OPTIONS, kernel=kernel, candidates=3))
+    assert found.selected is not None
+
+
+def test_the_papers_recipe_runs_and_its_candidates_are_judged_like_all_others() -> None:
+    options = dataclasses.replace(OPTIONS, method=Method.SVES, metric_weights=MetricWeights.SQUARED)
+    found = solve(problem_with(), options)
+    assert found.steps >= 500
+    assert len(found.candidates) == OPTIONS.candidates
+    if found.selected is not None:
+        assert gate.prove(found.best.trajectory, problem_with()).report.passed
