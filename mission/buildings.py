@@ -10,9 +10,9 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Float
-from sim_bridge.frames import enu_from_geodetic
 
 from mission.mission_file.obstacle import GeoJson
+from sim_bridge.frames import enu_from_geodetic
 from sim_bridge.state import GeodeticPoint
 
 

@@ -21,7 +21,6 @@ Check = Callable[[Mission], Iterator[Finding]]
 
 AXES = ("east", "north", "up")
 CLIMB_STEP_M = 0.5
-LIKELY_CELLS = 2000
 
 
 def findings_between(sections: Mapping[str, Any]) -> list[Finding]:
@@ -139,7 +138,7 @@ def endurance_suffices(mission: Mission) -> Iterator[Finding]:
 def stays_clear_of_obstacles(mission: Mission) -> Iterator[Finding]:
     """Obstacle files are readable; start, end and the climb keep their distance; there is room and information left."""
     from mission.information import density_of
-    from mission.site import free_space
+    from mission.reachable import reachable, spare_in
     from mission.solids import solids_of
     from planner.obstacles import ObstacleField
 
@@ -173,13 +172,8 @@ def stays_clear_of_obstacles(mission: Mission) -> Iterator[Finding]:
         return
     if not sound:
         return
-    free = free_space(mission.site, ObstacleField.of(solids), keep_out_m)
-    # Mostly a few of the likeliest cells are free, and measuring all of them takes a second or two.
-    likeliest = np.argsort(density.mass, axis=None)[-LIKELY_CELLS:]
-    if free(density.centers_m().reshape(-1, 3)[likeliest]).any():
-        return
     try:
-        density.where(free)
+        reachable(density, spare_in(mission.site, ObstacleField.of(solids), keep_out_m))
     except ValueError:
         yield Finding(
             "flight.clearance_margin_m",

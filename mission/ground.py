@@ -18,7 +18,7 @@ from mission.intake import Arrived, Intake, Push, merged, mixed
 from mission.mission_file import Mission
 from mission.monitors import Energy
 from mission.phases import ON_COURSE
-from mission.site import free_space
+from mission.reachable import reachable, spare_in
 from mission.solids import obstacle_field_of
 from mission.ways import find_way
 from planner import gate
@@ -192,8 +192,8 @@ class Ground:
         information = problem.information
         if push.information is not None:
             information = mixed(information, density_of(push.information, self.mission.site), push.share)
-        free = free_space(self.mission.site, problem.obstacles, self.mission.keep_out_m)
-        return dataclasses.replace(problem, information=information.where(free))
+        spare_m = spare_in(self.mission.site, problem.obstacles, self.mission.keep_out_m)
+        return dataclasses.replace(problem, information=reachable(information, spare_m))
 
 
 def first_block(executive: Executive, problem: Problem, now_s: float) -> CourseBlocked | None:

@@ -9,8 +9,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jaxtyping import Float
-from sim_bridge.frames import geodetic_from_enu
 
 from mission.exports import Format, exported
 from mission.fence import autopilot_fence, planned_fence
@@ -29,12 +27,12 @@ from mission.plan_file import (
     Spline,
     write_plan_file,
 )
-from mission.waypoints import Spare, waypoints_along
+from mission.reachable import spare_in
+from mission.waypoints import waypoints_along
 from planner.plan import Candidate
-from planner.polygon import KeepIn
-from planner.problem import Problem
 from planner.trajectory import Trajectory
 from planner.yaw import headings
+from sim_bridge.frames import geodetic_from_enu
 
 if TYPE_CHECKING:
     from mission.planning import Planned
@@ -46,17 +44,6 @@ WAYPOINT_TOLERANCE = 0.002
 """How far a waypoint leg may stray from the curve, as a share of the box's longer side."""
 
 CIRCLE_CORNERS = 32
-
-
-def spare_of(problem: Problem) -> Spare:
-    """How much farther than they must points are from obstacles and the fence."""
-    fence = KeepIn.of(problem.fence_polygon_m) if problem.fence_polygon_m is not None else KeepIn.everywhere()
-
-    def spare_m(points_m: Float[np.ndarray, "point 3"]) -> Float[np.ndarray, "point"]:
-        away = problem.obstacles.lower_bound(points_m) - problem.keep_out_m
-        return np.minimum(away, fence.distance(points_m[:, :2]))
-
-    return spare_m
 
 
 def plan_file_of(planned: Planned) -> PlanFile:
@@ -119,7 +106,8 @@ def _waypoints(planned: Planned, curve: Trajectory) -> list[PlannedWaypoint]:
     origin = planned.mission.site.origin.point()
     tolerance_m = WAYPOINT_TOLERANCE * float(planned.problem.workspace.lengths_m[:2].max())
     found = []
-    for waypoint in waypoints_along(curve, spare_of(planned.problem), tolerance_m=tolerance_m):
+    spare_m = spare_in(planned.mission.site, planned.problem.obstacles, planned.problem.keep_out_m)
+    for waypoint in waypoints_along(curve, spare_m, tolerance_m=tolerance_m):
         place = geodetic_from_enu(waypoint.position_enu_m, origin)
         found.append(
             PlannedWaypoint(

@@ -9,9 +9,9 @@ from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
-from sim_bridge.frames import enu_from_geodetic
 
 from mission.rasters import read_array
+from sim_bridge.frames import enu_from_geodetic
 from sim_bridge.state import GeodeticPoint
 
 LOCAL = ("east_m", "north_m", "up_m")

@@ -3,18 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 
 import numpy as np
-from jaxtyping import Float
 
 from mission.information import density_of, workspace_of
 from mission.mission_file import Mission
 from mission.mission_file.site import Site
 from mission.mission_file.vehicle import Vehicle
+from mission.reachable import reachable, spare_in
 from mission.solids import obstacle_field_of
-from planner.obstacles import ObstacleField
-from planner.polygon import KeepIn
 from planner.problem import Kernel, Limits, Method, Metric, MetricWeights, Options, Problem
 from planner.trajectory import Motion
 
@@ -35,21 +32,6 @@ def fence_of(site: Site) -> np.ndarray | None:
     return np.array(site.polygon_enu_m) if site.polygon_enu_m is not None else None
 
 
-def free_space(
-    site: Site, obstacles: ObstacleField, keep_out_m: float
-) -> Callable[[Float[np.ndarray, "point 3"]], np.ndarray]:
-    """Tells of points whether the vehicle's middle may be there: inside the fence, and away from obstacles.
-
-    Args:
-        site: Its polygon is the fence.
-        obstacles: What to stay away from.
-        keep_out_m: How far.
-    """
-    fence = fence_of(site)
-    keep_in = KeepIn.of(fence) if fence is not None else KeepIn.everywhere()
-    return lambda points: (obstacles.distance(points) >= keep_out_m) & (keep_in.distance(points[:, :2]) >= 0.0)
-
-
 def problem_from_mission(mission: Mission) -> Problem:
     """What the planner solves.
 
@@ -62,7 +44,7 @@ def problem_from_mission(mission: Mission) -> Problem:
     end = mission.planner.end_enu_m
     return Problem(
         workspace=workspace_of(mission.site),
-        information=density.where(free_space(mission.site, obstacles, mission.keep_out_m)),
+        information=reachable(density, spare_in(mission.site, obstacles, mission.keep_out_m)),
         obstacles=obstacles,
         limits=limits_of(mission.vehicle),
         start=Motion.at_rest(np.array(mission.planner.start_enu_m)),

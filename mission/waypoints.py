@@ -8,15 +8,12 @@ length s whose middle clears by s/2 more than is needed is clear everywhere.
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
 
 import numpy as np
 from jaxtyping import Float
 
+from mission.reachable import Spare
 from planner.trajectory import Trajectory
-
-Spare = Callable[[Float[np.ndarray, "point 3"]], Float[np.ndarray, "point"]]
-"""How much farther than they must points are from everything, metres: changes by at most a metre a metre."""
 
 SHORTEST_PROVEN_M = 0.01
 SAMPLE_INTERVAL_S = 0.1

@@ -21,9 +21,9 @@ from pydantic import (
     model_validator,
 )
 from pydantic_core import PydanticCustomError
-from sim_bridge.frames import enu_from_geodetic
 
 from mission.findings import Finding
+from sim_bridge.frames import enu_from_geodetic
 from sim_bridge.state import GeodeticPoint
 
 LOCAL_PLANE_M = 100_000.0
