@@ -10,7 +10,8 @@
 A control is held for the whole step. Limits hold by projection: onto a convex set that contains the present velocity a
 projection never moves farther than was asked for, so a speed limit cannot break the acceleration limit.
 
-Vehicles are plain constants: a compiled function holds for one of them. Headings are counter-clockwise from east; flight path angles are positive upwards.
+Vehicles are plain constants: a compiled function holds for one of them. Headings are counter-clockwise from east;
+flight path angles are positive upwards.
 """
 
 from __future__ import annotations

@@ -1,0 +1,338 @@
+"""Receding-horizon control by Stein variational inference on controls (SVES Alg. 2).
+
+At every step: remember where the vehicle is, shift all candidates by one control, part those that coincide, move them
+by Stein steps on p(u|O) ∝ p(u) exp(−λL(u)) through the vehicle's dynamics, and apply the first control of the best.
+
+| symbol  | identifier              | unit | shape                 |
+|---------|-------------------------|------|-----------------------|
+| u       | `particles`             | cube | particle time control |
+| x       | `rollout(…)`            | m, … | time+1 state          |
+| L       | `cost`                  | 1    | particle              |
+| λ       | `inverse_temperature`   | 1    |                       |
+| Σ F_k   | `basis_sum`             | 1    | k0 k1 k2              |
+
+Controls live in a cube: 0 is the least and 1 the most of each control, so that all count alike in the kernel.
+
+Departures from the paper:
+
+1. Memory is the sum of F_k over the flown time; the horizon's sum is added and the whole divided once by the time.
+2. L = E/E_ref + penalties, E_ref the least E of the set before the step: with memory E falls with the time flown, and
+   the likelihood would fade against the prior.
+3. Attraction is each candidate's own score, at unit length; only the repulsion goes through the kernel, and fades
+   (`Transport.OWN_SCORE`: the particle form of a Wasserstein gradient flow, which has the same fixed points in the
+   limit). With the paper's φ candidates take each other's scores, and through dynamics the score of a candidate that
+   hits an obstacle or turns the other way is no advice to its neighbour.
+4. The control applied belongs to the candidate that stays clear of obstacles and inside the box for longest, and among
+   those to the cheapest. A candidate that stays clear for less time after the Stein steps takes them back, so the
+   present plan is always at hand.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+
+import equinox as eqx
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Bool, Float, Int
+
+from planner import stein
+from planner.dynamics import Dynamics, position_of, rollout
+from planner.kernels import kernel_terms
+from planner.obstacles import ObstacleField
+from planner.priors import Prior
+from planner.problem import Kernel
+from planner.spectral_metric import SpectralMetric
+from planner.workspace import Workspace
+
+PENALTY_YARD = 0.01
+"""A violation of this share of the longest axis costs one, at each sample."""
+
+REPULSION = 0.3
+"""Of the most repelled candidate, against a score of one."""
+
+SMALLEST_METRIC = 1e-7
+
+
+class Transport(enum.Enum):
+    """How candidates move: along their own scores and apart, or by the paper's φ."""
+
+    OWN_SCORE = "own score"
+    STEIN = "stein"
+
+
+class ControlTask(eqx.Module):
+    """What is to be explored, by which vehicle; all but the last four may change in flight without compiling anew.
+
+    Attributes:
+        metric: Target and weights (its own memory is not used).
+        origin_m: Lower corner of the box.
+        lengths_m: Its lengths.
+        obstacles: What to stay away from.
+        keep_out_m: Least distance from the vehicle's centre.
+        prior: Of the controls, scaled to −1 … 1.
+        inverse_temperature: λ.
+        control_s: Time each control is held.
+        dynamics: The vehicle.
+        kernel: How candidates repel each other.
+        iterations: Steps of the candidates in each control step.
+        transport: What a step is.
+    """
+
+    metric: SpectralMetric
+    origin_m: Float[Array, "3"]
+    lengths_m: Float[Array, "3"]
+    obstacles: ObstacleField
+    keep_out_m: Float[Array, ""]
+    prior: Prior
+    inverse_temperature: Float[Array, ""]
+    control_s: Float[Array, ""]
+    dynamics: Dynamics = eqx.field(static=True)
+    kernel: Kernel = eqx.field(static=True)
+    iterations: int = eqx.field(static=True)
+    transport: Transport = eqx.field(static=True)
+
+    @classmethod
+    def of(
+        cls,
+        workspace: Workspace,
+        metric: SpectralMetric,
+        dynamics: Dynamics,
+        prior: Prior,
+        *,
+        obstacles: ObstacleField,
+        keep_out_m: float = 0.0,
+        control_s: float = 0.1,
+        inverse_temperature: float = 10.0,
+        kernel: Kernel = Kernel.RBF,
+        iterations: int = 20,
+        transport: Transport = Transport.OWN_SCORE,
+    ) -> ControlTask:
+        """The task as arrays.
+
+        Raises:
+            ValueError: A control that is held for no time, or no step of the candidates.
+        """
+        if not control_s > 0.0 or iterations < 1:
+            raise ValueError(f"control_s must be positive and iterations at least 1, got {control_s}, {iterations}")
+        arrays = (metric, workspace.box_min_m, workspace.lengths_m, obstacles, keep_out_m, prior)
+        single = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), (*arrays, inverse_temperature, control_s))
+        return cls(*single, dynamics=dynamics, kernel=kernel, iterations=iterations, transport=transport)
+
+    def controls(self, cube: Float[Array, "time control"]) -> Float[Array, "time control"]:
+        """From the cube to the vehicle's units."""
+        low, high = self.dynamics.control_low, self.dynamics.control_high
+        return jnp.asarray(low, cube.dtype) + cube * jnp.asarray(high - low, cube.dtype)
+
+    def positions_m(
+        self, vehicle: Float[Array, "state"], cube: Float[Array, "time control"]
+    ) -> Float[Array, "time+1 3"]:
+        """Where a sequence of controls leads, the present place first."""
+        return position_of(rollout(self.dynamics, vehicle, self.controls(cube), self.control_s))
+
+
+class ControlState(eqx.Module):
+    """What the next control step needs.
+
+    Attributes:
+        particles: Candidates, in the cube.
+        basis_sum: Σ F_k over the moments flown.
+        moments: How many they are.
+    """
+
+    particles: Float[Array, "particle time control"]
+    basis_sum: Float[Array, "k0 k1 k2"]
+    moments: Int[Array, ""]
+
+
+class Assessment(eqx.Module):
+    """What a candidate is worth (in `ControlInfo` with a leading axis of candidates).
+
+    Attributes:
+        cost: L, without the prior.
+        ergodic_metric: E of the flown path with its horizon.
+        clear_moments: Moments from now until it comes too near to an obstacle or leaves the box; the horizon if never.
+        positions_m: Where it leads, the present place first.
+    """
+
+    cost: Float[Array, ""]
+    ergodic_metric: Float[Array, ""]
+    clear_moments: Int[Array, ""]
+    positions_m: Float[Array, "time+1 3"]
+
+
+class ControlInfo(eqx.Module):
+    """What the caller may look at.
+
+    Attributes:
+        control: To apply now, vehicle's units.
+        selected: Index of the candidate it belongs to.
+        safe: Whether that candidate is clear over its whole horizon.
+        candidates: All of them.
+    """
+
+    control: Float[Array, "control"]
+    selected: Int[Array, ""]
+    safe: Bool[Array, ""]
+    candidates: Assessment
+
+
+def init(task: ControlTask, key: Array, particles: int, horizon: int) -> ControlState:
+    """Start with candidates drawn from the prior and nothing covered.
+
+    Args:
+        task: The task.
+        key: Of the random numbers.
+        particles: How many candidates.
+        horizon: How many controls each has.
+    """
+    shape = (horizon, len(task.dynamics.control_low))
+    drawn = jax.vmap(lambda one: task.prior.sample(one, shape))(jax.random.split(key, particles))
+    cube = jnp.clip(0.5 + 0.5 * drawn, 0.0, 1.0).astype(jnp.float32)
+    return ControlState(cube, jnp.zeros_like(task.metric.target), jnp.zeros((), jnp.int32))
+
+
+@eqx.filter_jit
+def step(
+    task: ControlTask, state: ControlState, vehicle: Float[Array, "state"], key: Array
+) -> tuple[ControlState, ControlInfo]:
+    """One control step.
+
+    Args:
+        task: What to explore now.
+        state: From the last step, or `init`.
+        vehicle: The vehicle's state as measured.
+        key: Of the random numbers; another at each step.
+
+    Returns:
+        The state for the next step, and what to apply.
+    """
+    horizon = state.particles.shape[1]
+    metric = with_memory(task, state, vehicle, horizon)
+    started = jnp.where(state.moments > 0, shifted(state.particles), state.particles)
+    before = jnp.clip(stein.separated(started, key), 0.0, 1.0)
+    reference = jnp.maximum(jnp.min(_metrics(task, metric, vehicle, before)), SMALLEST_METRIC)
+
+    def log_posterior(cube: Float[Array, "time control"]) -> Float[Array, ""]:
+        cost = _assess(task, metric, vehicle, reference, cube).cost
+        return task.prior.log_density(2.0 * cube - 1.0) - task.inverse_temperature * cost
+
+    smooth = jnp.asarray(stein.smoother(horizon))
+
+    def body(inner: stein.State, _: None) -> tuple[stein.State, None]:
+        score = jax.vmap(jax.grad(log_posterior))(inner.particles)
+        match task.transport:
+            case Transport.STEIN:
+                return stein.step(inner, score, task.kernel, smooth, task.iterations), None
+            case Transport.OWN_SCORE:
+                return own_score_step(inner, score, task.kernel, smooth, task.iterations), None
+
+    inner, _ = jax.lax.scan(body, stein.init(before), None, length=task.iterations)
+
+    def assess(cubes: Array) -> Assessment:
+        return jax.vmap(lambda cube: _assess(task, metric, vehicle, reference, cube))(cubes)
+
+    known, fresh = assess(before), assess(inner.particles)
+    taken_back = fresh.clear_moments < known.clear_moments
+    particles = jnp.where(taken_back[:, None, None], before, inner.particles)
+    final: Assessment = jax.tree.map(
+        lambda old, new: jnp.where(taken_back.reshape(-1, *[1] * (new.ndim - 1)), old, new), known, fresh
+    )
+    longest = jnp.max(final.clear_moments)
+    ranked = (final.clear_moments == longest) & jnp.isfinite(final.cost)
+    selected = jnp.argmin(jnp.where(ranked, final.cost, jnp.inf))
+    info = ControlInfo(
+        control=task.controls(particles[selected])[0], selected=selected, safe=longest == horizon, candidates=final
+    )
+    here = basis(_unit(task, position_of(vehicle)), state.basis_sum.shape)
+    return ControlState(particles, state.basis_sum + here, state.moments + 1), info
+
+
+def own_score_step(
+    state: stein.State,
+    score: Float[Array, "particle time control"],
+    kernel: Kernel,
+    smooth: Float[Array, "time time"],
+    steps: int,
+) -> stein.State:
+    """One annealed step of `steps`: own scores at unit length, repulsion that fades, momentum as in `planner.stein`."""
+    progress = state.index / steps
+    fading = 0.5 * (1.0 + jnp.cos(jnp.pi * jnp.minimum(progress / stein.REPULSION_SHARE, 1.0)))
+    _, repulsion = kernel_terms(kernel, state.particles)
+    pull = score / jnp.maximum(_norms(score), 1e-20)
+    away = repulsion / jnp.maximum(jnp.max(_norms(repulsion)), 1e-12)
+    smoothed = jnp.einsum("kl,nld->nkd", smooth, pull + REPULSION * fading * away)
+    momentum = stein.MOMENTUM * state.momentum + smoothed
+    length = stein.SHORTEST_STEP_UNIT * (stein.LONGEST_STEP_UNIT / stein.SHORTEST_STEP_UNIT) ** (1.0 - progress)
+    largest = jnp.max(jnp.abs(momentum), axis=(1, 2), keepdims=True)
+    moved = state.particles + length * momentum / jnp.maximum(largest, 1e-20)
+    return stein.State(jnp.clip(moved, 0.0, 1.0), momentum, state.index + 1)
+
+
+def with_memory(task: ControlTask, state: ControlState, vehicle: Float[Array, "state"], horizon: int) -> SpectralMetric:
+    """The metric of what was flown, the present moment and a horizon: one sum, divided once."""
+    moments = state.moments + 1.0
+    flown = state.basis_sum + basis(_unit(task, position_of(vehicle)), state.basis_sum.shape)
+    return dataclasses.replace(task.metric, covered_mean=flown / moments, covered_share=moments / (moments + horizon))
+
+
+def shifted(particles: Float[Array, "particle time control"]) -> Float[Array, "particle time control"]:
+    """All candidates one control later; the last control is repeated."""
+    return jnp.concatenate([particles[:, 1:], particles[:, -1:]], axis=1)
+
+
+def basis(position_unit: Float[Array, "3"], modes: tuple[int, ...]) -> Float[Array, "k0 k1 k2"]:
+    """F_k at one place."""
+    tables = [
+        jnp.cos(jnp.pi * position_unit[axis] * np.arange(count)) * np.where(np.arange(count) == 0, 1.0, np.sqrt(2.0))
+        for axis, count in enumerate(modes)
+    ]
+    return jnp.einsum("a,b,c->abc", *tables).astype(position_unit.dtype)
+
+
+def _unit(task: ControlTask, position_m: Float[Array, "*batch 3"]) -> Float[Array, "*batch 3"]:
+    return (position_m - task.origin_m) / task.lengths_m
+
+
+def _energy(task: ControlTask, metric: SpectralMetric, positions_m: Float[Array, "time+1 3"]) -> Float[Array, ""]:
+    """E of the flown path with a horizon (the present place belongs to what was flown)."""
+    ahead = positions_m[1:]
+    return metric(_unit(task, ahead), jnp.full(ahead.shape[0], 1.0 / ahead.shape[0], ahead.dtype))
+
+
+def _metrics(
+    task: ControlTask,
+    metric: SpectralMetric,
+    vehicle: Float[Array, "state"],
+    cubes: Float[Array, "particle time control"],
+) -> Float[Array, "particle"]:
+    return jax.vmap(lambda cube: _energy(task, metric, task.positions_m(vehicle, cube)))(cubes)
+
+
+def _assess(
+    task: ControlTask,
+    metric: SpectralMetric,
+    vehicle: Float[Array, "state"],
+    reference: Float[Array, ""],
+    cube: Float[Array, "time control"],
+) -> Assessment:
+    positions = task.positions_m(vehicle, cube)
+    ahead = positions[1:]
+    energy = _energy(task, metric, positions)
+    near = jnp.maximum(0.0, task.keep_out_m - task.obstacles.distance(ahead))
+    beyond = jnp.maximum(0.0, jnp.maximum(task.origin_m - ahead, ahead - task.origin_m - task.lengths_m))
+    yard = PENALTY_YARD * jnp.max(task.lengths_m)
+    penalty = (jnp.sum(near**2) + jnp.sum(beyond**2)) / yard**2
+    clear = (near <= 0.0) & (jnp.max(beyond, axis=-1) <= 0.0)
+    return Assessment(
+        cost=energy / reference + penalty,
+        ergodic_metric=energy,
+        clear_moments=jnp.sum(jnp.cumprod(clear.astype(jnp.int32))),
+        positions_m=positions,
+    )
+
+
+def _norms(vectors: Float[Array, "particle time control"]) -> Float[Array, "particle 1 1"]:
+    return jnp.sqrt(jnp.sum(vectors**2, axis=(1, 2), keepdims=True))
