@@ -40,7 +40,10 @@ def solids_of(entry: Obstacle | NoFly, origin: GeodeticPoint) -> tuple[shapes.Ob
                 for building in read_buildings(entry, origin)
             )
         case entries.Points() | entries.Mesh() | entries.Voxels() | entries.Terrain():
-            raise ValueError("not yet")
+            raise ValueError(
+                f'obstacles of kind "{entry.kind}" cannot be planned around by this version: describe it with spheres, '
+                "cylinders, boxes, prisms or GeoJSON"
+            )
 
 
 def solids_in(mission: Mission) -> Iterator[shapes.Obstacle]:
