@@ -15,7 +15,7 @@ _FOLLOW = 0.2
 _JUMP_HOST_S = 1.0
 # Faster than real time the clock runs no further ahead of the last message than this (flight seconds), until the
 # vehicle has been silent for so long (host seconds) that it can no longer be waiting.
-_LEAD_S = 0.3
+_LEAD_S = 0.1
 _SILENT_HOST_S = 1.0
 _RATE_WINDOW_HOST_S = 2.0
 _RATE_TOLERANCE = 0.2
