@@ -27,7 +27,8 @@ MORE_ROWS = 3
 MOST_LAYERS = 3
 # Ranked without obstacles first; so many of the best are led around them.
 FINALISTS = 6
-FITTING_ROUNDS = 3
+FITTING_ROUNDS = 5
+LENGTH_TOLERANCE = 0.02
 DETOUR_ROUNDS = 2
 
 
@@ -67,7 +68,9 @@ def lawnmower_ergodic_metric(
     if not length_m > 0.0:
         raise ValueError(f"a lawnmower needs a length, got {length_m} m")
     course = _Course(problem, length_m)
-    ranked = sorted(((metric(course.sampled(rows, False)), rows) for rows in course.variants()), key=lambda one: one[0])
+    variants = list(course.variants())
+    fitting = [rows for rows in variants if course.fits(rows)] or variants
+    ranked = sorted(((metric(course.sampled(rows, False)), rows) for rows in fitting), key=lambda one: one[0])
     if course.is_open:
         figure, rows = ranked[0]
         return figure, course.sampled(rows, False)
@@ -97,6 +100,10 @@ class _Course:
             more = range(fewest, fewest + MORE_ROWS * layers)
             for rows, mirrored in itertools.product(more, (False, True)):
                 yield Rows(heading, rows, layers, mirrored)
+
+    def fits(self, rows: Rows) -> bool:
+        """Whether it uses up the length: what is too short between its rows' insets is no match."""
+        return length_of(self._fitted(rows, self._length_m)) >= (1.0 - LENGTH_TOLERANCE) * self._length_m
 
     def _fewest_rows(self, heading_rad: float, layers: int) -> int:
         """Least rows that, border to border, use up the length."""

@@ -93,6 +93,8 @@ class _Cutter:
             positions, excess = paced(path, problem, free, MOMENTS)
             # Of those that fit the longest, of those that do not the shortest.
             rank = excess if excess <= 1.0 else -excess
+            if best is not None and rank == best[0]:
+                break
             if best is None or rank > best[0]:
                 best = rank, positions
             if WELL_FILLED <= excess <= 1.0:
