@@ -142,6 +142,9 @@ def fly(planned: Planned, settings: FlightSettings | None = None, watcher: Watch
     try:
         with _vehicle(mission, settings, watcher) as link:
             streamer = Streamer(clock, mission.flight.stream_rate_hz, link.stream, link.close_stream, recorder.setpoint)
+            cycle = None
+            if replanner is not None:
+                cycle = ReplanCycle(replanner, belief, planned.options, _schedule(mission), planned.plan)
             ground = Ground(
                 mission,
                 belief,
@@ -150,11 +153,7 @@ def fly(planned: Planned, settings: FlightSettings | None = None, watcher: Watch
                 Intake(settings.folder, mission),
                 assignment,
                 lambda: None,
-            )
-            cycle = (
-                None
-                if replanner is None
-                else ReplanCycle(replanner, belief, planned.options, _schedule(mission), planned.plan)
+                lambda: cycle is None or cycle.warm,
             )
             loop = FlightLoop(executive, link, clock, streamer, recorder, belief, cycle, ground, watcher)
             try:

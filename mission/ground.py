@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import time
 from collections.abc import Callable, Iterator
 
 import numpy as np
@@ -32,6 +33,8 @@ from sim_bridge.state import Vector, VehicleState
 _BLOCK_STEP_S = 0.1
 _OPERATOR = {"pause": Operator.PAUSE, "resume": Operator.RESUME, "return": Operator.RETURN, "land": Operator.LAND}
 
+_WARM_UP_HOST_S = 90.0
+
 Prepare = Callable[[], None]
 """Does what else must be done before arming (uploads); its refusal is a LinkError."""
 
@@ -47,6 +50,7 @@ class Ground:
         intake: Where pushes arrive.
         assignment: What this flight is to do.
         prepare: What else must be done before arming.
+        warm: Whether replans are quick already: the ground is the place to wait for a compiler.
     """
 
     def __init__(
@@ -58,7 +62,9 @@ class Ground:
         intake: Intake,
         assignment: Assignment,
         prepare: Prepare,
+        warm: Callable[[], bool],
     ) -> None:
+        self._warm = warm
         self.mission = mission
         self._belief = belief
         self._link = link
@@ -90,6 +96,9 @@ class Ground:
                 self._prepare()
             except LinkError as error:
                 problems.append(str(error))
+        until_s = time.monotonic() + _WARM_UP_HOST_S
+        while not problems and not self._warm() and time.monotonic() < until_s:
+            time.sleep(0.05)
         return Checked(tuple(problems), settings.notes, exploration)
 
     def _way_problems(self, state: VehicleState, home: Vector, exploration: Trajectory) -> list[str]:

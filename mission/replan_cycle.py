@@ -24,6 +24,10 @@ _AHEAD_INTERVAL_S = 0.1
 _ALTERNATIVES = 2
 _CANDIDATES = 4
 _FAILURES_WHILE_HELD = 3
+# Shares of the exploration that are left when a replan is smaller than the ones before it by a compilation.
+_WARM_UP_SHARES = (1.0, 0.7, 0.5, 0.35, 0.25, 0.15)
+WARM_UP = 0
+"""Number of a request that only makes the solver compile what later ones need."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -56,10 +60,18 @@ class ReplanCycle:
         self._options = dataclasses.replace(options, candidates=min(_CANDIDATES, options.candidates))
         self._schedule = schedule
         self._alternatives = _curves(plan)
+        self._course = plan.best.trajectory
+        self._to_warm = list(_WARM_UP_SHARES)
+        self._answered = 0
         self._asked_s: float | None = None
         self._number = 0
         self._urgent = False
         self._failed_while_held = 0
+
+    @property
+    def warm(self) -> bool:
+        """Whether the first replan will not have to wait for a compiler, or never comes."""
+        return self._replanner.warm or bool(self._replanner.lost)
 
     @property
     def hopeless(self) -> bool:
@@ -81,14 +93,19 @@ class ReplanCycle:
         Returns:
             What was asked; None: it is not time.
         """
-        if self._replanner.busy or self._replanner.lost or executive.course is None:
+        if self._replanner.busy or self._replanner.lost:
+            return None
+        if self._to_warm and (self._answered > 0 or not self._flows(executive)):
+            self._answered = 0
+            self._replanner.ask(self._warm_up(self._to_warm.pop(0)))
             return None
         due = self._asked_s is None or now_s - self._asked_s >= self._schedule.period_s or self._urgent
-        held = executive.held_by_block and executive.course.stands(now_s)
+        held = executive.held_by_block and executive.course is not None and executive.course.stands(now_s)
         if not due or not (held or self._flows(executive)):
             return None
         request = self._from_standstill(executive) if held else self._from_ahead(executive, now_s, rate)
         if request is not None:
+            self._number = request.number
             self._asked_s, self._urgent = now_s, False
             self._replanner.ask(request)
         return request
@@ -102,8 +119,9 @@ class ReplanCycle:
             must_leave: Whether the course is not safe to stay on.
         """
         reply = self._replanner.poll()
-        if reply is None:
+        if reply is None or reply.request.number == WARM_UP:
             return None
+        self._answered += 1
         if executive.course is None or executive.phase not in (Phase.FOLLOWING, Phase.HOLDING):
             return reply, Verdict(None, "the exploration is over")
         held = executive.held_by_block
@@ -121,6 +139,16 @@ class ReplanCycle:
     def _flows(executive: Executive) -> bool:
         course = executive.course
         return executive.phase is Phase.FOLLOWING and course is not None and course.pace.target_rate == 1.0
+
+    def _warm_up(self, share: float) -> Request:
+        """A request of the size that comes when a share of the exploration is left."""
+        course = self._course
+        switch_s = course.end_s - share * course.duration_s
+        problem = dataclasses.replace(
+            self._belief.problem, start=course.motion_at(switch_s), duration_s=share * course.duration_s
+        )
+        request = self._request(problem, switch_s, None, course)
+        return dataclasses.replace(request, number=WARM_UP)
 
     def _from_ahead(self, executive: Executive, now_s: float, rate: float) -> Request | None:
         course = executive.course
@@ -150,11 +178,10 @@ class ReplanCycle:
         return self._request(problem, switch_s, None, course.trajectory)
 
     def _request(self, problem: Problem, switch_s: float, staying: Trajectory | None, current: Trajectory) -> Request:
-        self._number += 1
         warm = [from_moment(current, switch_s)]
         warm += [from_moment(curve, switch_s) for curve in self._alternatives if curve is not current][:_ALTERNATIVES]
         return Request(
-            self._number,
+            self._number + 1,
             problem,
             self._options,
             tuple(warm),

@@ -26,7 +26,8 @@ _NICE = 5
 # A solve takes as long as the last ones did, and sometimes longer.
 _LEAD_SHARE = 1.5
 _LEAD_RESERVE_HOST_S = 0.3
-_REMEMBERED = 5
+_REMEMBERED = 4
+_FIRST_LEAD_HOST_S = 2.0
 _CONTINUES = 1e-4
 
 
@@ -35,7 +36,7 @@ class Request:
     """What the other process is asked.
 
     Attributes:
-        number: Counts the requests.
+        number: Counts the requests; 0: the answer is not needed, only that the solver has compiled what it takes.
         problem: What is left.
         options: How to solve it.
         warm_start: Curves to start from.
@@ -134,6 +135,7 @@ class Replanner:
         theirs.close()
         self._asked: Request | None = None
         self._solve_times_s: list[float] = []
+        self._warm = False
         self.lost = ""
 
     @property
@@ -144,12 +146,12 @@ class Replanner:
     @property
     def warm(self) -> bool:
         """Whether it has answered once, so that its code is compiled."""
-        return bool(self._solve_times_s)
+        return self._warm
 
     def lead_host_s(self) -> float:
         """Host time from asking until a plan can take over, going by the last answers."""
         if not self._solve_times_s:
-            return 5.0
+            return _FIRST_LEAD_HOST_S
         return _LEAD_SHARE * max(self._solve_times_s) + _LEAD_RESERVE_HOST_S
 
     def ask(self, request: Request) -> None:
@@ -177,7 +179,9 @@ class Replanner:
         except (EOFError, OSError):
             self.lost = f"the replanning process ended with code {self._process.exitcode}"
             return Reply(asked, None, float("inf"), 0.0, self.lost)
-        self._solve_times_s = [*self._solve_times_s[-(_REMEMBERED - 1) :], reply.solve_s]
+        if asked.number > 0:
+            self._solve_times_s = [*self._solve_times_s[-(_REMEMBERED - 1) :], reply.solve_s]
+        self._warm = True
         return reply
 
     def close(self) -> None:
