@@ -16,6 +16,12 @@ from planner.plan import Plan
 from planner.problem import Options, Problem
 from planner.solve import Progress, solve
 
+COMPILE_EVENTS = (
+    "/jax/core/compile/jaxpr_to_mlir_module_duration",
+    "/jax/core/compile/backend_compile_duration",
+    "/jax/compilation_cache/cache_retrieval_time_sec",
+)
+
 
 @dataclasses.dataclass(frozen=True)
 class Planned:
@@ -55,15 +61,37 @@ def plan(mission: Mission, *, progress: Callable[[Progress], None] = lambda _: N
     started_s = time.monotonic()
     problem, options = problem_from_mission(mission), options_from_mission(mission)
     solving_s = time.monotonic()
-    deadline_s = solving_s + mission.planner.time_limit_s
-    found = solve(problem, options, progress=progress, out_of_time=lambda: time.monotonic() > deadline_s)
+    with CompileTime() as compiling:
+        found = solve(
+            problem,
+            options,
+            progress=progress,
+            out_of_time=lambda: time.monotonic() - solving_s - compiling.spent_s > mission.planner.time_limit_s,
+        )
     ended_s = time.monotonic()
     return Planned(mission, problem, options, found, solve_s=ended_s - solving_s, total_s=ended_s - started_s)
 
 
+class CompileTime:
+    """How long JAX has been compiling since this was entered: the first solve of its size is not cut short by it."""
+
+    spent_s = 0.0
+
+    def __enter__(self) -> CompileTime:
+        jax.monitoring.register_event_duration_secs_listener(self._listen)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        jax.monitoring.unregister_event_duration_listener(self._listen)
+
+    def _listen(self, event: str, duration_secs: float, **_: str | int) -> None:
+        if event in COMPILE_EVENTS:
+            self.spent_s += duration_secs
+
+
 def keep_compiled() -> None:
     """Keep what JAX compiles from one run to the next, in the user's cache folder."""
-    if jax.config.jax_compilation_cache_dir is None:
+    if jax.config.values["jax_compilation_cache_dir"] is None:
         cache = Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "ergonaut" / "jax"
         jax.config.update("jax_compilation_cache_dir", str(cache))
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 0.2)

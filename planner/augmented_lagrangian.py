@@ -1,7 +1,7 @@
 """Each candidate on its own, under hard constraints, by multipliers.
 
-minimise E(z)/E_ref + w·smoothness(z) subject to g(z) ≤ 0, as a sequence of unconstrained problems
-E/E_ref + w·smoothness + Σ_i [max(0, μ_i + ρ g_i)² − μ_i²]/(2ρ), after each of which μ_i ← max(0, μ_i + ρ g_i)
+minimise E(z)/E_ref + effort(z) subject to g(z) ≤ 0, as a sequence of unconstrained problems
+E/E_ref + effort + Σ_i [max(0, μ_i + ρ g_i)² − μ_i²]/(2ρ), after each of which μ_i ← max(0, μ_i + ρ g_i)
 (Nocedal & Wright, alg. 17.4, with the inequality form of Rockafellar).
 
 The acceleration limit makes this stiff: it is a second difference, so its curvature grows with the fourth power of the
@@ -77,19 +77,16 @@ def penalised(
     control = scene.control_points(free)
     positions = scene.positions(control)
     broken = jnp.maximum(0.0, scene.constraints(control, positions))
-    return scene.ergodic_metric(positions) / reference + 0.5 * penalty * jnp.sum(broken**2)
+    return scene.ergodic_metric(positions) / reference + scene.effort(control) + 0.5 * penalty * jnp.sum(broken**2)
 
 
-def step(
-    scene: Scene, state: State, penalty: Float[Array, ""], smoothness_weight: float, inner_steps: int
-) -> tuple[State, Info]:
+def step(scene: Scene, state: State, penalty: Float[Array, ""], inner_steps: int) -> tuple[State, Info]:
     """One round: minimise, then update the multipliers.
 
     Args:
         scene: What the candidate is measured against.
         state: The candidate.
         penalty: ρ of this round.
-        smoothness_weight: w.
         inner_steps: Evaluations spent on the round's minimisation.
     """
     shape = state.free.shape
@@ -105,7 +102,7 @@ def step(
         pushed = jnp.maximum(0.0, state.multipliers + penalty * scene.constraints(control, positions))
         return (
             scene.ergodic_metric(positions) / state.reference
-            + smoothness_weight * scene.smoothness(control)
+            + scene.effort(control)
             + jnp.sum(pushed**2 - state.multipliers**2) / (2.0 * penalty)
         )
 

@@ -21,7 +21,6 @@ STEIN_STEPS = 60
 # The Stein phase may cut corners; the polish makes them good.
 STEIN_PENALTY = 0.1
 STEPS_PER_ROUND = 30
-SMOOTHNESS_WEIGHT = 1e-3
 
 Particles = Float[np.ndarray, "particle free 3"]
 
@@ -93,6 +92,4 @@ def _begin(scene: Scene, particles: Float[Array, "particle free 3"]) -> augmente
 def _round(
     scene: Scene, state: augmented_lagrangian.State, penalty: Float[Array, ""]
 ) -> tuple[augmented_lagrangian.State, augmented_lagrangian.Info]:
-    return jax.vmap(lambda one: augmented_lagrangian.step(scene, one, penalty, SMOOTHNESS_WEIGHT, STEPS_PER_ROUND))(
-        state
-    )
+    return jax.vmap(lambda one: augmented_lagrangian.step(scene, one, penalty, STEPS_PER_ROUND))(state)

@@ -32,6 +32,9 @@ BOX_INSET_UNIT = 5e-4
 # freedom, and closer than this many to the finest half wave of the basis they add neither.
 TURN_SHARE = 0.6
 KNOTS_PER_HALF_WAVE = 3.0
+# Of flying hard all the time, as a share of the metric.
+TURNING_WEIGHT = 1e-3
+CLIMBING_WEIGHT = 0.05
 FEWEST_SEGMENTS = 16
 MOST_SEGMENTS = 1024
 
@@ -119,13 +122,18 @@ class Scene(eqx.Module):
         count = positions.shape[0]
         return self.metric(positions, jnp.full(count, 1.0 / count, positions.dtype))
 
-    def smoothness(self, control: Float[Array, "control 3"]) -> Float[Array, ""]:
-        """Mean over time of the squared acceleration, as a share of the limit's square.
+    def effort(self, control: Float[Array, "control 3"]) -> Float[Array, ""]:
+        """What flying costs beside covering: time averages of squared acceleration and vertical speed by their limits.
 
-        A mean and not SVES's sum: with the sum the best path is a straight line.
+        Means and not SVES's sum: with the sum the best path is a straight line. Climbing weighs more than turning, or a
+        path whose altitude is free would wander up and down.
         """
-        acceleration = jnp.diff(control * self.lengths_m, n=2, axis=0) / self.knot_interval_s**2
-        return jnp.mean(jnp.sum((acceleration / self.max_acceleration_mps2) ** 2, axis=-1))
+        metres = control * self.lengths_m
+        acceleration = jnp.diff(metres, n=2, axis=0) / (self.knot_interval_s**2 * self.max_acceleration_mps2)
+        up = jnp.diff(metres[:, 2]) / self.knot_interval_s
+        climbing = jnp.where(up > 0.0, up / self.max_climb_mps, up / self.max_descent_mps)
+        turning = jnp.mean(jnp.sum(acceleration**2, axis=-1))
+        return TURNING_WEIGHT * turning + CLIMBING_WEIGHT * jnp.mean(climbing**2)
 
 
 def sample_uniform(control: Float[Array, "control 3"], samples_per_segment: int) -> Float[Array, "time 3"]:

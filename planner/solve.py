@@ -119,6 +119,9 @@ class _Work:
             found = seed_paths(self.problem, missing, np.random.default_rng(self.options.seed))
             self.patterns += [seed.pattern for seed in found]
             paths += [seed.points_m for seed in found]
+        if self.options.modes[2] == 1:
+            # Nothing is to be gained by altitude: paths climb only where something is in the way.
+            paths = [self._levelled(path) for path in paths]
         return np.stack([self._free_along(path) for path in paths])
 
     def offer(self, particles: Particles) -> None:
@@ -190,6 +193,11 @@ class _Work:
             if not candidate.feasible and np.isfinite(particles[index]).all():
                 found[index] = self._free_along(rerouted(trajectory_of(self.problem, particles[index]), free))
         return found
+
+    def _levelled(self, path_m: Float[np.ndarray, "moment 3"]) -> Float[np.ndarray, "moment 3"]:
+        start, end = self.problem.start.position_m, self.problem.end_position_m
+        up = np.linspace(start[2], start[2] if end is None else end[2], len(path_m))
+        return np.column_stack([path_m[:, :2], up])
 
     def _free_along(self, path_m: Float[np.ndarray, "moment 3"]) -> Float[np.ndarray, "free 3"]:
         control = spline_from_path(path_m, self.problem, self.segments)
