@@ -51,6 +51,7 @@ class Belief:
         self._modes = modes
         self._covered = problem.covered
         self._positions: list[Vector] = []
+        self._flown: list[Vector] = []
         self._last_s: float | None = None
 
     def fly(self, position_m: Vector, time_s: float) -> None:
@@ -74,12 +75,19 @@ class Belief:
                 np.asarray(self._positions), len(self._positions) * _INTERVAL_S, self.problem, self._modes
             )
             self._covered = together(self._covered, flown)
+            self._flown += self._positions
             self._positions.clear()
         return self._covered
 
+    def flown_m(self) -> Float[np.ndarray, "time 3"]:
+        """Every position of the exploration so far."""
+        return np.array(self._flown + self._positions, dtype=float).reshape(-1, 3)
+
     def learn(self, problem: Problem) -> None:
         """Take over information and obstacles of a mission that new data was merged into."""
-        self.problem = dataclasses.replace(self.problem, information=problem.information, obstacles=problem.obstacles)
+        self.problem = dataclasses.replace(
+            self.problem, information=problem.information, obstacles=problem.obstacles, search=problem.search
+        )
 
     def remaining(
         self, start: Motion, duration_s: float, ahead_m: Float[np.ndarray, "time 3"], ahead_s: float
@@ -92,6 +100,15 @@ class Belief:
             ahead_m: Positions that will be flown until then.
             ahead_s: Time until then.
         """
+        search = self.problem.search
+        if search is not None:
+            effort = search.effort(
+                np.concatenate([self.flown_m(), ahead_m]), self.problem.limits.max_speed_mps * duration_s
+            )
+            # What was searched is in the effort already: remembering it as covered too would count it twice.
+            return dataclasses.replace(
+                self.problem, start=start, duration_s=duration_s, information=effort, covered=None
+            )
         ahead = covered_by(ahead_m, ahead_s, self.problem, self._modes) if len(ahead_m) and ahead_s > 0.0 else None
         return dataclasses.replace(
             self.problem, start=start, duration_s=duration_s, covered=together(self.covered(), ahead)

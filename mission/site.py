@@ -12,6 +12,8 @@ from mission.mission_file.site import Site
 from mission.mission_file.vehicle import Vehicle
 from mission.reachable import reachable, spare_in
 from mission.solids import obstacle_field_of
+from planner.effort import Search, detection_rate
+from planner.information import DensityGrid
 from planner.problem import Kernel, Limits, Method, Metric, MetricWeights, Options, Problem
 from planner.trajectory import Motion
 
@@ -40,11 +42,15 @@ def problem_from_mission(mission: Mission) -> Problem:
             both, so this means that a file changed since).
     """
     obstacles = obstacle_field_of(mission)
-    density = density_of(mission.information, mission.site)
+    spare_m = spare_in(mission.site, obstacles, mission.keep_out_m)
+    density = reachable(density_of(mission.information, mission.site), spare_m)
+    search = search_of(mission, density)
+    if search is not None:
+        density = search.effort(np.empty((0, 3)), mission.vehicle.max_speed_mps * mission.planner.duration_s)
     end = mission.planner.end_enu_m
     return Problem(
         workspace=workspace_of(mission.site),
-        information=reachable(density, spare_in(mission.site, obstacles, mission.keep_out_m)),
+        information=density,
         obstacles=obstacles,
         limits=limits_of(mission.vehicle),
         start=Motion.at_rest(np.array(mission.planner.start_enu_m)),
@@ -53,7 +59,16 @@ def problem_from_mission(mission: Mission) -> Problem:
         vehicle_radius_m=mission.vehicle.radius_m,
         clearance_margin_m=mission.flight.clearance_margin_m,
         fence_polygon_m=fence_of(mission.site),
+        search=search,
     )
+
+
+def search_of(mission: Mission, prior: DensityGrid) -> Search | None:
+    """The search that `belief.kind = "detection"` asks for; None: time is shared out as the information is."""
+    radius_m = mission.sensor.detection_radius_m
+    if mission.belief.kind != "detection" or radius_m is None:
+        return None
+    return Search(prior, radius_m, detection_rate(mission.sensor.detection_probability))
 
 
 def options_from_mission(mission: Mission) -> Options:

@@ -28,6 +28,45 @@ from planner.information import DensityGrid
 BISECTIONS = 80
 
 
+@dataclasses.dataclass(frozen=True)
+class Search:
+    """A search for something that the prior says where to look for.
+
+    Attributes:
+        prior: Probability of where it is, before anything was searched.
+        detection_radius_m: Radius of the disc on the ground that is seen.
+        rate: κ.
+
+    Raises:
+        ValueError: A radius or rate that is not positive.
+    """
+
+    prior: DensityGrid
+    detection_radius_m: float
+    rate: float
+
+    def __post_init__(self) -> None:
+        if not (self.detection_radius_m > 0.0 and self.rate > 0.0):
+            raise ValueError(f"radius and rate must be positive, got {self.detection_radius_m} m and {self.rate}")
+
+    def effort(self, searched_m: Float[np.ndarray, "time 3"], remaining_m: float) -> DensityGrid:
+        """Where the rest of a path should spend its time.
+
+        Args:
+            searched_m: Positions flown so far (none: shape (0, 3)).
+            remaining_m: Length of path that is left.
+        """
+        left = self.prior
+        if len(searched_m) > 1:
+            left = unseen(left, sweeps_of(left, searched_m, self.detection_radius_m), self.rate)
+        return optimal_effort(left, 2.0 * self.detection_radius_m * remaining_m, self.rate)
+
+    def probability_found(self, searched_m: Float[np.ndarray, "time 3"]) -> float:
+        """Probability that flying these positions finds it, if it is in the box at all."""
+        sweeps = sweeps_of(self.prior, searched_m, self.detection_radius_m)
+        return probability_found(self.prior, sweeps, self.rate)
+
+
 def detection_rate(detection_probability: float) -> float:
     """κ of a sensor that notices with a given probability in one sweep.
 

@@ -8,6 +8,7 @@ import enum
 import numpy as np
 from jaxtyping import Float
 
+from planner.effort import Search
 from planner.information import DensityGrid
 from planner.obstacles import ObstacleField
 from planner.trajectory import Motion
@@ -70,6 +71,8 @@ class Problem:
         clearance_margin_m: Least distance between that and every obstacle.
         fence_polygon_m: Shape (corner, 2): paths stay inside it; None: only the box holds them.
         covered: What was flown before; None: nothing.
+        search: Where the information comes from when it is a search effort, which changes with what was searched and
+            what is left; None: the information stays as it is.
 
     Raises:
         ValueError: A duration, radius or margin that makes no sense, or end points outside the box.
@@ -86,6 +89,7 @@ class Problem:
     clearance_margin_m: float
     fence_polygon_m: Float[np.ndarray, "corner 2"] | None = None
     covered: Covered | None = None
+    search: Search | None = None
 
     def __post_init__(self) -> None:
         if not (np.isfinite(self.duration_s) and self.duration_s > 0.0):
