@@ -1,4 +1,6 @@
-"""What to stay away from, as signed distances in metres: exact, negative inside, with finite derivatives everywhere.
+"""What to stay away from, as signed distances in metres: negative inside, with finite derivatives everywhere.
+
+Shapes are exact; whatever else (voxels, points, meshes, terrain) is a grid of distances (`planner.distance_grid`).
 
 One formula a kind serves both the proof (numpy, double precision) and the optimiser (jax, single precision, inside jit,
 vmap and grad). Over many obstacles the nearest is found without derivatives and measured again with them: the
@@ -19,6 +21,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from planner.distance_grid import DistanceGrid
 from planner.polygon import FAR_M, AnyArray, Prisms, Values, checked_polygon, extruded, padded_count, safe_sqrt
 
 FEWEST_OF_A_KIND = 4
@@ -104,7 +107,7 @@ class Prism:
         _positive("ceiling_m - floor_m", self.ceiling_m - self.floor_m)
 
 
-Obstacle = Sphere | Cylinder | Box | Prism
+Obstacle = Sphere | Cylinder | Box | Prism | DistanceGrid
 
 
 class Spheres(eqx.Module):
@@ -182,12 +185,14 @@ class ObstacleField(eqx.Module):
         cylinders: Upright cylinders.
         boxes: Boxes along the axes.
         prisms: Upright prisms.
+        grids: Anything else.
     """
 
     spheres: Spheres
     cylinders: Cylinders
     boxes: Boxes
     prisms: Prisms
+    grids: tuple[DistanceGrid, ...]
 
     @classmethod
     def of(cls, obstacles: Iterable[Obstacle]) -> ObstacleField:
@@ -199,6 +204,7 @@ class ObstacleField(eqx.Module):
             Cylinders.of([o for o in listed if isinstance(o, Cylinder)]),
             Boxes.of([o for o in listed if isinstance(o, Box)]),
             Prisms.of([p.polygon_m for p in prisms], [p.floor_m for p in prisms], [p.ceiling_m for p in prisms]),
+            tuple(o for o in listed if isinstance(o, DistanceGrid)),
         )
 
     @property
@@ -216,17 +222,29 @@ class ObstacleField(eqx.Module):
         Returns:
             Metres, shape (...).
         """
-        if not isinstance(points_m, np.ndarray):
-            return self._nearest(points_m[..., 0], points_m[..., 1], points_m[..., 2])
-        flat = points_m.reshape(-1, 3)
-        per_point = max((leaf.size for leaf in jax.tree.leaves(self)), default=1)
-        portions = np.array_split(flat, max(1, -(-len(flat) * per_point // HOST_ELEMENTS)))
-        found = [self._nearest(part[:, 0], part[:, 1], part[:, 2]) for part in portions]
-        return np.concatenate(found).reshape(points_m.shape[:-1])
+        least: Values = self._to_shapes(points_m)
+        minimum = np.minimum if isinstance(points_m, np.ndarray) else jnp.minimum
+        for grid in self.grids:
+            least = minimum(least, grid.distance(points_m))
+        return least
 
     def lower_bound(self, points_m: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch"]:
-        """What the true distance is proven not to be below, on the host: for exact shapes the distance itself."""
-        return self.distance(points_m)
+        """The most that is proven of the distance, on the host: exact for shapes, for grids what the nodes prove."""
+        least = self._to_shapes(points_m)
+        for grid in self.grids:
+            least = np.minimum(least, grid.lower_bound(points_m))
+        return least
+
+    def _to_shapes(self, points: Values) -> Values:
+        """Exact distance to the nearest of all that is not a grid."""
+        if not isinstance(points, np.ndarray):
+            return self._nearest(points[..., 0], points[..., 1], points[..., 2])
+        flat = points.reshape(-1, 3)
+        shapes = (self.spheres, self.cylinders, self.boxes, self.prisms)
+        per_point = max((leaf.size for leaf in jax.tree.leaves(shapes)), default=1)
+        portions = np.array_split(flat, max(1, -(-len(flat) * per_point // HOST_ELEMENTS)))
+        found = [self._nearest(part[:, 0], part[:, 1], part[:, 2]) for part in portions]
+        return np.concatenate(found).reshape(points.shape[:-1])
 
     def _nearest(self, x: Values, y: Values, z: Values) -> Values:
         least = self.prisms.distance(x, y, z)
