@@ -9,7 +9,11 @@ import typer
 from mission.console import Exit, say
 from mission.verbs.check import check
 from mission.verbs.export import export
+from mission.verbs.fly import fly
 from mission.verbs.plan import plan
+from mission.verbs.push import push
+from mission.verbs.report import report
+from mission.verbs.view import view
 
 app = typer.Typer(
     name="mission",
@@ -21,7 +25,11 @@ app = typer.Typer(
 )
 app.command()(check)
 app.command()(plan)
+app.command()(fly)
+app.command()(push)
 app.command()(export)
+app.command()(view)
+app.command()(report)
 
 
 def main() -> None:

@@ -22,6 +22,7 @@ from mission.clock import FlightClock
 from mission.events import Assignment, FlightEnd, FlightMethod
 from mission.executive import Executive
 from mission.fence import autopilot_fence
+from mission.flight_folder import MISSION_NAME, draw_outputs, read_flight_folder
 from mission.flight_log import read_flight_log
 from mission.flight_loop import FlightLoop
 from mission.flight_progress import Watcher
@@ -30,6 +31,7 @@ from mission.intake import Intake
 from mission.mission_file import Mission
 from mission.monitors import Energy, Monitors
 from mission.phases import Phase
+from mission.plan_output import write_outputs
 from mission.planning import Planned
 from mission.recorder import SUMMARY_NAME, Recorder, write_durably
 from mission.replan_cycle import ReplanCycle, Schedule
@@ -42,7 +44,6 @@ from sim_bridge.frames import geodetic_from_enu
 from sim_bridge.link import Link
 from sim_bridge.link_autopilot import Autopilot
 
-MISSION_NAME = "mission.json"
 _SIM = "sim"
 _FENCE_TOLERANCE_M = 1.0
 _LEAST_CLEARANCE_SHARE = 0.3
@@ -70,12 +71,14 @@ class Flown:
         interrupted: Whether the operator interrupted it.
         summary: What it came to, as `summary.json` has it.
         folder: Everything about it.
+        files: What was written for people and other programs.
     """
 
     outcome: Outcome
     interrupted: bool
     summary: dict[str, Any]
     folder: Path
+    files: tuple[str, ...]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -97,23 +100,13 @@ class FlightSettings:
     from_s: float | None = None
 
 
-def settings_of(mission: Mission) -> FlightSettings:
-    """How a mission asks to be flown."""
-    return FlightSettings(mission.link.address, FlightMethod(mission.flight.mode), 1.0, default_folder(mission))
-
-
-def default_folder(mission: Mission) -> Path:
-    """`flights/NAME-TIME` in the working directory."""
-    name = "".join(letter if letter.isalnum() else "-" for letter in mission.name.lower())
-    return Path("flights") / f"{name}-{datetime.datetime.now():%Y%m%d-%H%M%S}"
-
-
-def fly(planned: Planned, settings: FlightSettings | None = None, watcher: Watcher | None = None) -> Flown:
-    """Fly a plan, to the landed vehicle or its own safe mode.
+def fly(planned: Planned, *, folder: Path | None = None, speed: float = 1.0, watcher: Watcher | None = None) -> Flown:
+    """Fly a plan as its mission says.
 
     Args:
         planned: The mission and its plan, with something to fly.
-        settings: How; None: as the mission says, into a new folder.
+        folder: Where everything about the flight goes; None: a new folder below `flights`.
+        speed: How fast the built-in vehicle's time runs.
         watcher: Told what happens; None: nobody is.
 
     Returns:
@@ -124,12 +117,42 @@ def fly(planned: Planned, settings: FlightSettings | None = None, watcher: Watch
         LinkError: The vehicle cannot be reached.
         OSError: The folder cannot be written.
     """
+    settings = settings_of(planned.mission, folder=folder or default_folder(planned.mission), speed=speed)
+    return fly_planned(planned, settings, watcher or Watcher())
+
+
+def settings_of(mission: Mission, *, folder: Path, speed: float = 1.0) -> FlightSettings:
+    """How a mission asks to be flown."""
+    return FlightSettings(mission.link.address, FlightMethod(mission.flight.mode), speed, folder)
+
+
+def default_folder(mission: Mission) -> Path:
+    """`flights/NAME-TIME` in the working directory."""
+    name = "".join(letter if letter.isalnum() else "-" for letter in mission.name.lower())
+    return Path("flights") / f"{name}-{datetime.datetime.now():%Y%m%d-%H%M%S}"
+
+
+def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) -> Flown:
+    """Fly a plan, to the landed vehicle or its own safe mode.
+
+    Args:
+        planned: The mission and its plan, with something to fly.
+        settings: How.
+        watcher: Told what happens.
+
+    Returns:
+        How it ended.
+
+    Raises:
+        ValueError: There is nothing to fly.
+        LinkError: The vehicle cannot be reached.
+        OSError: The folder cannot be written.
+    """
     mission, problem = planned.mission, planned.problem
-    settings = settings or settings_of(mission)
-    watcher = watcher or Watcher()
     exploration = planned.plan.best.trajectory
     recorder = Recorder(settings.folder, _header(planned, settings))
     write_durably(settings.folder / MISSION_NAME, json.dumps(mission.model_dump(mode="json", exclude_none=True)))
+    files = write_outputs(planned, settings.folder)
     recorder.course(0.0, exploration, "plan")
     replanner = Replanner() if mission.replanning.enabled and settings.method is FlightMethod.OFFBOARD else None
     rate = settings.speed if settings.link == _SIM else 1.0
@@ -167,7 +190,6 @@ def fly(planned: Planned, settings: FlightSettings | None = None, watcher: Watch
         if replanner is not None:
             replanner.close()
         recorder.close()
-        watcher.close()
     summary = {
         "outcome": outcome_of(executive).value,
         "landed": executive.phase is Phase.LANDED,
@@ -183,7 +205,10 @@ def fly(planned: Planned, settings: FlightSettings | None = None, watcher: Watch
         "why": executive.why,
     }
     write_durably(settings.folder / SUMMARY_NAME, json.dumps(summary, indent=1) + "\n")
-    return Flown(outcome_of(executive), loop.interrupted, summary, settings.folder)
+    watcher.say("drawing", warning=False)
+    drawn = draw_outputs(read_flight_folder(settings.folder))
+    watcher.close()
+    return Flown(outcome_of(executive), loop.interrupted, summary, settings.folder, tuple(map(str, (*files, *drawn))))
 
 
 def outcome_of(executive: Executive) -> Outcome:

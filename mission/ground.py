@@ -14,13 +14,10 @@ from mission.course import vector
 from mission.events import Assignment, Checked, CourseBlocked, FindWay, Goal, Operator, Say
 from mission.executive import Executive
 from mission.fence import autopilot_fence, planned_fence
-from mission.information import density_of
-from mission.intake import Arrived, Intake, Push, merged, mixed
+from mission.intake import Arrived, Intake, Push, with_push
 from mission.mission_file import Mission
 from mission.monitors import Energy
 from mission.phases import ON_COURSE
-from mission.reachable import reachable, spare_in
-from mission.solids import obstacle_field_of
 from mission.ways import find_way
 from planner import gate
 from planner.polygon import KeepIn
@@ -176,7 +173,7 @@ class Ground:
     ) -> Iterator[CourseBlocked | Operator | Say]:
         known = self._belief.problem
         try:
-            problem = self._learned(push, known)
+            self.mission, problem = with_push(self.mission, known, push)
         except ValueError as error:
             self._intake.answer(arrived, False, str(error))
             yield Say(f"a push was refused: {error}", warning=True)
@@ -191,18 +188,6 @@ class Ground:
             yield blocked
         if push.command is not None:
             yield _OPERATOR[push.command]
-
-    def _learned(self, push: Push, known: Problem) -> Problem:
-        """The problem with what was pushed; raises ValueError where nothing is left to explore."""
-        problem = known
-        if push.obstacle or push.no_fly:
-            self.mission = merged(self.mission, push)
-            problem = dataclasses.replace(problem, obstacles=obstacle_field_of(self.mission))
-        information = problem.information
-        if push.information is not None:
-            information = mixed(information, density_of(push.information, self.mission.site), push.share)
-        spare_m = spare_in(self.mission.site, problem.obstacles, self.mission.keep_out_m)
-        return dataclasses.replace(problem, information=reachable(information, spare_m))
 
 
 def first_block(executive: Executive, problem: Problem, now_s: float) -> CourseBlocked | None:

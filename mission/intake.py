@@ -26,8 +26,11 @@ from mission.mission_file.errors import findings_from
 from mission.mission_file.information import Information
 from mission.mission_file.obstacle import NoFly, Obstacle
 from mission.mission_file.values import Context, Section
+from mission.reachable import reachable, spare_in
 from mission.recorder import write_durably
+from mission.solids import obstacle_field_of
 from planner.information import DensityGrid
+from planner.problem import Problem
 
 INBOX = "inbox"
 ANSWER_SUFFIX = ".answer"
@@ -93,11 +96,32 @@ def read_push(source: str, text: str, mission: Mission, folder: Path) -> Push:
     return push
 
 
-def merged(mission: Mission, push: Push) -> Mission:
-    """The mission with the obstacles of a push; its information is mixed by `mixed`."""
-    return mission.model_copy(
-        update={"obstacle": (*mission.obstacle, *push.obstacle), "no_fly": (*mission.no_fly, *push.no_fly)}
-    )
+def with_push(mission: Mission, problem: Problem, push: Push) -> tuple[Mission, Problem]:
+    """What is known once a push is taken in.
+
+    Args:
+        mission: What was asked, with what was pushed before.
+        problem: The same for the planner.
+        push: What is new.
+
+    Raises:
+        ValueError: A file in it cannot be used, or nothing is left to explore.
+    """
+    obstacles, search = problem.obstacles, problem.search
+    information = problem.information if search is None else search.prior
+    if push.obstacle or push.no_fly:
+        mission = mission.model_copy(
+            update={"obstacle": (*mission.obstacle, *push.obstacle), "no_fly": (*mission.no_fly, *push.no_fly)}
+        )
+        obstacles = obstacle_field_of(mission)
+    if push.information is not None:
+        information = mixed(information, density_of(push.information, mission.site), push.share)
+    information = reachable(information, spare_in(mission.site, obstacles, mission.keep_out_m))
+    if search is not None:
+        # A search looks where it has not looked yet: replans work that out from what was flown.
+        search = dataclasses.replace(search, prior=information)
+        information = search.effort(np.empty((0, 3)), problem.limits.max_speed_mps * problem.duration_s)
+    return mission, dataclasses.replace(problem, obstacles=obstacles, information=information, search=search)
 
 
 def mixed(known: DensityGrid, new: DensityGrid, share: float) -> DensityGrid:

@@ -9,6 +9,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,7 +21,6 @@ from mission.flight_log import FlightLog
 from mission.mission_file import Mission
 from mission.solids import solids_in
 from planner.obstacles import Box, Cylinder, Prism, Sphere
-from planner.plan import Plan
 from planner.problem import Problem
 from planner.trajectory import Trajectory
 
@@ -42,7 +42,9 @@ _TEXT_LEVEL = {True: "WARN", False: "INFO"}
 _TEXT_KINDS = ("phase", "say", "replan", "order", "answer", "push", "stall", "course")
 
 
-def record_flight(path: Path, log: FlightLog, mission: Mission, problem: Problem, plan: Plan | None) -> None:
+def record_flight(
+    path: Path, log: FlightLog, mission: Mission, problem: Problem, candidates: Sequence[Trajectory]
+) -> None:
     """Write a flight's recording.
 
     Args:
@@ -50,7 +52,7 @@ def record_flight(path: Path, log: FlightLog, mission: Mission, problem: Problem
         log: What was flown.
         mission: What was asked, with what was pushed.
         problem: The same for the planner.
-        plan: The set the flight began with; None: it is not at hand.
+        candidates: The proven alternatives the flight began with.
     """
     os.environ.setdefault("RERUN_ANALYTICS", "false")
     import rerun as rr
@@ -61,8 +63,7 @@ def record_flight(path: Path, log: FlightLog, mission: Mission, problem: Problem
     _log_site(recording, mission, problem)
     _log_information(recording, problem)
     _log_obstacles(recording, mission)
-    if plan is not None:
-        _log_candidates(recording, plan)
+    _log_candidates(recording, candidates)
     _log_courses(recording, log)
     _log_flown(recording, log, problem)
     _log_words(recording, log)
@@ -207,13 +208,12 @@ def _points_of(trajectory: Trajectory) -> Float[np.ndarray, "time 3"]:
     return trajectory.sample(np.linspace(trajectory.start_s, trajectory.end_s, _CURVE_SAMPLES)).position_m
 
 
-def _log_candidates(recording: rr.RecordingStream, plan: Plan) -> None:
+def _log_candidates(recording: rr.RecordingStream, candidates: Sequence[Trajectory]) -> None:
     import rerun as rr
 
-    for index, candidate in enumerate(plan.candidates):
-        if candidate.feasible and index != plan.selected:
-            strip = rr.LineStrips3D([_points_of(candidate.trajectory)], colors=[_OTHER], radii=[-0.7])
-            recording.log(f"world/candidates/{index:02d}", strip, static=True)
+    for index, trajectory in enumerate(candidates):
+        strip = rr.LineStrips3D([_points_of(trajectory)], colors=[_OTHER], radii=[-0.7])
+        recording.log(f"world/candidates/{index:02d}", strip, static=True)
 
 
 def _log_courses(recording: rr.RecordingStream, log: FlightLog) -> None:

@@ -201,6 +201,22 @@ class Link:
         return self._system
 
     @property
+    def home(self) -> GeodeticPoint | None:
+        """Where the vehicle would return to; None: not told yet."""
+        return self._telemetry.home
+
+    def texts_since(self, host_s: float) -> list[str]:
+        """What the vehicle said since a moment of this machine's monotonic clock."""
+        return [text.text for at_s, text in self._texts if at_s >= host_s]
+
+    def last_words(self) -> str:
+        """What the vehicle said in the last moments, as one line."""
+        said = [
+            text.text for at_s, text in self._texts if at_s >= time.monotonic() - _TEXT_KEPT_S and text.severity <= 5
+        ]
+        return "; ".join(dict.fromkeys(said))
+
+    @property
     def reboots(self) -> int:
         """How often the vehicle's clock started anew."""
         return self._telemetry.reboots
@@ -326,22 +342,21 @@ class Link:
     def _work(self) -> None:
         while (order := self._orders.get()) is not None:
             command, altitude_m = order
-            began_s = time.monotonic()
             try:
                 self._carry_out(command, altitude_m)
                 done = CommandDone(command, True)
             except (ActionError, OffboardError, MavlinkDirectError, LinkError) as error:
-                done = CommandDone(command, False, self._reason(error, began_s))
+                done = CommandDone(command, False, self._reason(error))
             self._post(time.monotonic(), done)
 
-    def _reason(self, error: Exception, began_s: float) -> str:
+    def _reason(self, error: Exception) -> str:
         """Why a command was refused, with what the vehicle said about it."""
         result = getattr(error, "result", None)
         words = result.name.lower().replace("_", " ") if result is not None else str(error)
         # The text may come a moment after the refusal.
         self._closed.wait(0.2)
-        said = [text.text for at, text in self._texts if at >= began_s - _TEXT_KEPT_S and text.severity <= 5]
-        return words + (f' ("{"; ".join(dict.fromkeys(said))}")' if said else "")
+        said = self.last_words()
+        return words + (f' ("{said}")' if said else "")
 
     # Commands.
 

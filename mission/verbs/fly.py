@@ -1,0 +1,151 @@
+"""`mission fly`: plans a mission and flies it, to the landed vehicle."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from mission.console import Exit, JsonOption, MissionArgument, SetOption, emit, refuse, say
+from mission.findings import Finding, InputError
+
+if TYPE_CHECKING:
+    from mission.flight import FlightSettings, Flown
+    from mission.planning import Planned
+
+LinkOption = Annotated[
+    str | None,
+    typer.Option(
+        "--link",
+        metavar="LINK",
+        help="sim (the built-in vehicle), udp://HOST:PORT (listens), udpout://HOST:PORT, tcp://HOST:PORT or "
+        "serial:///dev/ttyUSB0:57600; absent: link.address of the mission.",
+    ),
+]
+ModeOption = Annotated[
+    str | None,
+    typer.Option("--mode", metavar="offboard|mission", help="Stream setpoints, or upload waypoints and watch."),
+]
+SpeedOption = Annotated[
+    float, typer.Option("--speed", metavar="X", min=0.1, max=100.0, help="How fast the built-in vehicle's time runs.")
+]
+ViewOption = Annotated[bool, typer.Option("--view", help="Open the recording when the flight has ended.")]
+
+
+def fly(
+    mission_file: MissionArgument,
+    link: LinkOption = None,
+    mode: ModeOption = None,
+    speed: SpeedOption = 1.0,
+    view: ViewOption = False,
+    out: Annotated[
+        Path | None,
+        typer.Option("--out", metavar="DIR", help="Where to write; absent: a new folder below `flights` here."),
+    ] = None,
+    overrides: SetOption = None,
+    as_json: JsonOption = False,
+) -> None:
+    """Plan a mission, fly it, replan on the way, land, and leave a folder with everything about it."""
+    from mission.loading import load
+
+    changes = [*(overrides or ())]
+    changes += [f'link.address="{link}"'] if link is not None else []
+    changes += [f'flight.mode="{mode}"'] if mode is not None else []
+    try:
+        mission = load(mission_file, changes)
+    except InputError as error:
+        raise refuse(error, as_json) from error
+
+    from mission.flight import default_folder, settings_of
+    from mission.progress import SolveProgress
+
+    with SolveProgress() as progress:
+        from mission.planning import plan as solve_mission
+
+        planned = solve_mission(mission, progress=progress.update)
+    if planned.plan.selected is None:
+        say(f"nothing to fly: {planned.plan.status.value}; `mission plan {mission_file}` says why")
+        if as_json:
+            emit({"outcome": "nothing to fly", "landed": False, "status": planned.plan.status.value})
+        raise typer.Exit(Exit.COULD_NOT)
+    settings = settings_of(mission, folder=out or default_folder(mission), speed=speed)
+    carry_out(planned, settings, view=view, as_json=as_json)
+
+
+def carry_out(planned: Planned, settings: FlightSettings, *, view: bool, as_json: bool) -> None:
+    """Fly, say what came of it, and end with the exit code that belongs to it.
+
+    Raises:
+        typer.Exit: Unless everything went as planned.
+    """
+    from mission.flight import Outcome, fly_planned
+    from mission.flight_progress import watcher_for
+    from sim_bridge.link import LinkError
+
+    if (settings.folder / "log.jsonl").exists() and settings.from_s is None:
+        finding = Finding("--out", str(settings.folder), "holds a flight already: give another folder, or resume it")
+        raise refuse(InputError(str(settings.folder), [finding]), as_json)
+    try:
+        flown = fly_planned(planned, settings, watcher_for())
+    except OSError as error:
+        finding = Finding("--out", str(settings.folder), f"cannot be written: {error.strerror or error}")
+        raise refuse(InputError(str(settings.folder), [finding]), as_json) from error
+    except (LinkError, ValueError) as error:
+        say(str(error))
+        if as_json:
+            emit({"outcome": "aborted", "landed": False, "why": str(error)})
+        raise typer.Exit(Exit.COULD_NOT) from error
+    _report(flown)
+    if as_json:
+        emit({**flown.summary, "folder": str(flown.folder), "files": list(flown.files)})
+    if view:
+        from mission.view import RECORDING_NAME, open_viewer
+
+        open_viewer(flown.folder / RECORDING_NAME)
+    if flown.interrupted:
+        raise typer.Exit(Exit.INTERRUPTED)
+    if flown.outcome not in (Outcome.DONE, Outcome.HANDED_OVER) or flown.summary["violations"]:
+        raise typer.Exit(Exit.COULD_NOT)
+
+
+def _report(flown: Flown) -> None:
+    """The summary as a table, on stderr."""
+    from rich.console import Console
+    from rich.table import Table
+
+    table = Table(title=f"{flown.outcome.value}", title_justify="left", box=None, pad_edge=False, show_header=False)
+    table.add_column(style="dim")
+    table.add_column()
+    for label, text in rows_of(flown.summary):
+        table.add_row(label, text)
+    console = Console(stderr=True, highlight=False)
+    console.print(table)
+    console.print(f"in {flown.folder}: " + ", ".join(Path(file).name for file in flown.files), soft_wrap=True)
+
+
+def rows_of(summary: dict[str, Any]) -> list[tuple[str, str]]:
+    """A flight's summary as labels and values for a person."""
+
+    def number(key: str, unit: str, digits: int, scale: float = 1.0) -> str:
+        value = summary.get(key)
+        return "–" if value is None else f"{value * scale:.{digits}f} {unit}".rstrip()
+
+    refused = ", ".join(f"{count} × {reason}" for reason, count in summary["replans_refused"].items())
+    error = f"mean {number('tracking_error_mean_m', 'm', 2)}, at most {number('tracking_error_max_m', 'm', 2)}"
+    return [
+        ("why it ended", str(summary["why"])),
+        ("in the air", number("flown_s", "s", 0)),
+        ("flown", number("length_m", "m", 0)),
+        ("least clearance", number("min_clearance_m", "m", 2)),
+        ("greatest speed", number("max_speed_mps", "m/s", 2)),
+        ("from the course", error),
+        ("ergodic metric flown", number("ergodic_metric", "", 5)),
+        ("battery used", number("battery_used", "%", 0, 100.0)),
+        (
+            "replans",
+            f"{summary['replans_taken']} of {summary['replans_asked']} taken" + (f" ({refused})" if refused else ""),
+        ),
+        ("Offboard lost", f"{summary['offboard_lost']} times"),
+        ("violations", "; ".join(summary["violations"]) or "none"),
+    ]
