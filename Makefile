@@ -6,7 +6,7 @@ BIN := $(VENV)/bin
 .PHONY: demo test test-slow check format lock bench clean
 
 demo: $(VENV)/.installed
-	$(BIN)/mission fly examples/search.toml --speed 20 --out runs/demo
+	$(BIN)/mission fly examples/search.toml --speed 10 --out runs/demo-$$(date +%Y%m%d-%H%M%S)
 
 test: check
 	$(BIN)/python -m pytest -m "not slow and not sitl"
