@@ -26,7 +26,8 @@ MOST_ROWS = 400
 MORE_ROWS = 3
 MOST_LAYERS = 3
 # Ranked without obstacles first; so many of the best are led around them.
-FINALISTS = 6
+FINALISTS = 4
+RANKING_SAMPLES = 300
 FITTING_ROUNDS = 5
 LENGTH_TOLERANCE = 0.02
 DETOUR_ROUNDS = 2
@@ -68,16 +69,15 @@ def lawnmower_ergodic_metric(
     if not length_m > 0.0:
         raise ValueError(f"a lawnmower needs a length, got {length_m} m")
     course = _Course(problem, length_m)
-    variants = list(course.variants())
-    fitting = [rows for rows in variants if course.fits(rows)] or variants
-    ranked = sorted(((metric(course.sampled(rows, False)), rows) for rows in fitting), key=lambda one: one[0])
-    if course.is_open:
-        figure, rows = ranked[0]
-        return figure, course.sampled(rows, False)
-    finalists = [course.sampled(rows, True) for _, rows in ranked[:FINALISTS]]
-    figures = [metric(positions) for positions in finalists]
-    best = int(np.argmin(figures))
-    return figures[best], finalists[best]
+    paths = [(rows, course.fitted(rows, length_m)) for rows in course.variants()]
+    # What is too short between its rows' insets is no match.
+    long_enough = [one for one in paths if length_of(one[1]) >= (1.0 - LENGTH_TOLERANCE) * length_m] or paths
+    figures = [metric(course.sampled(path, RANKING_SAMPLES)) for _, path in long_enough]
+    finalists = [long_enough[index] for index in np.argsort(figures)[:FINALISTS]]
+    candidates = [course.sampled(path if course.is_open else course.around(rows, path)) for rows, path in finalists]
+    final = [metric(positions) for positions in candidates]
+    best = int(np.argmin(final))
+    return final[best], candidates[best]
 
 
 class _Course:
@@ -101,10 +101,6 @@ class _Course:
             for rows, mirrored in itertools.product(more, (False, True)):
                 yield Rows(heading, rows, layers, mirrored)
 
-    def fits(self, rows: Rows) -> bool:
-        """Whether it uses up the length: what is too short between its rows' insets is no match."""
-        return length_of(self._fitted(rows, self._length_m)) >= (1.0 - LENGTH_TOLERANCE) * self._length_m
-
     def _fewest_rows(self, heading_rad: float, layers: int) -> int:
         """Least rows that, border to border, use up the length."""
         low, high = 0, 1
@@ -120,28 +116,30 @@ class _Course:
         heading = rows.heading_rad + (np.pi if rows.mirrored else 0.0)
         return layered_rows(self._region, heading, rows.rows, self._altitudes.levels(rows.layers), inset_m)
 
-    def sampled(self, rows: Rows, around_obstacles: bool) -> Float[np.ndarray, "time 3"]:
-        """Positions at equal times along a lawnmower whose rows end where its length is the one asked for."""
-        path = self._fitted(rows, self._length_m)
-        if around_obstacles:
-            wanted, flown = self._length_m, [self._free.path_through(path)]
-            for _ in range(DETOUR_ROUNDS):
-                # Shorter rows make room for the ways around.
-                wanted *= self._length_m / length_of(flown[-1])
-                flown.append(self._free.path_through(self._fitted(rows, wanted)))
-            long_enough = [way for way in flown if length_of(way) >= self._length_m]
-            # What is still too much is cut at the end.
-            path = min(long_enough, key=length_of) if long_enough else max(flown, key=length_of)
-        legs = np.linalg.norm(np.diff(path, axis=0), axis=1)
-        # The middles of equal parts stand for equal times.
-        along = (np.arange(SAMPLES) + 0.5) / SAMPLES * min(self._length_m, float(legs.sum()))
-        return at_lengths(path, legs, along)
-
-    def _fitted(self, rows: Rows, length_m: float) -> Float[np.ndarray, "point 3"]:
-        """Rows whose ends keep so far from the border that the length is met."""
+    def fitted(self, rows: Rows, length_m: float) -> Float[np.ndarray, "point 3"]:
+        """Rows whose ends keep so far from the border that the length is met, obstacles aside."""
         inset, path = 0.0, self._path(rows, 0.0)
         for _ in range(FITTING_ROUNDS):
+            excess = length_of(path) - length_m
+            if abs(excess) < 5e-4 * length_m or (excess < 0.0 and inset == 0.0):
+                break
             # Each row loses its inset at both ends.
-            inset = max(0.0, inset + (length_of(path) - length_m) / (2.0 * rows.rows))
+            inset = max(0.0, inset + excess / (2.0 * rows.rows))
             path = self._path(rows, inset)
         return path
+
+    def around(self, rows: Rows, path: Float[np.ndarray, "point 3"]) -> Float[np.ndarray, "point 3"]:
+        """The same rows led around what is in the way, as much shorter as the ways around are longer."""
+        wanted, flown = self._length_m, [self._free.path_through(path)]
+        for _ in range(DETOUR_ROUNDS):
+            wanted *= self._length_m / length_of(flown[-1])
+            flown.append(self._free.path_through(self.fitted(rows, wanted)))
+        long_enough = [way for way in flown if length_of(way) >= self._length_m]
+        return min(long_enough, key=length_of) if long_enough else max(flown, key=length_of)
+
+    def sampled(self, path: Float[np.ndarray, "point 3"], count: int = SAMPLES) -> Float[np.ndarray, "time 3"]:
+        """Positions at equal times; what is longer than the length is cut at the end."""
+        legs = np.linalg.norm(np.diff(path, axis=0), axis=1)
+        # The middles of equal parts stand for equal times.
+        along = (np.arange(count) + 0.5) / count * min(self._length_m, float(legs.sum()))
+        return at_lengths(path, legs, along)
