@@ -14,7 +14,7 @@ from mission.mission_file import Mission
 from mission.site import options_from_mission, problem_from_mission
 from planner.plan import Plan
 from planner.problem import Options, Problem
-from planner.solve import Progress, solve
+from planner.solver import Progress, solve
 
 COMPILE_EVENTS = (
     "/jax/core/compile/jaxpr_to_mlir_module_duration",

@@ -10,7 +10,7 @@ from planner.information import gaussians, uniform
 from planner.obstacles import Box, Cylinder, ObstacleField, Sphere
 from planner.plan import Status
 from planner.problem import Covered, Kernel, Limits, Method, MetricWeights, Options, Problem
-from planner.solve import Progress, solve
+from planner.solver import Progress, solve
 from planner.spectral_metric import mean_basis
 from planner.trajectory import Motion, Trajectory, interpolating
 from planner.workspace import Workspace
