@@ -1,5 +1,6 @@
 """PX4's Offboard mode: what counts as a setpoint, how the stream is lost and found, how well a curve is followed."""
 
+import itertools
 import math
 
 import pytest
@@ -86,7 +87,7 @@ def test_below_two_a_second_the_mode_flaps():
     gs.forget()
     gs.wait(15.0, each_s=1.5, do=lambda: gs.setpoint(HIGH))
     modes = [heartbeat.custom_mode >> 16 & 0xFF for heartbeat in gs.all("HEARTBEAT")]
-    changes = sum(before != after for before, after in zip(modes, modes[1:], strict=False))
+    changes = sum(before != after for before, after in itertools.pairwise(modes))
     assert changes >= 8
 
 
