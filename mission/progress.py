@@ -11,7 +11,7 @@ from rich.progress import BarColumn, Progress, TaskProgressColumn, TextColumn, T
 from mission.console import say
 
 if TYPE_CHECKING:
-    from planner.solve import Progress as SolverProgress
+    from planner.solver import Progress as SolverProgress
 
 
 class SolveProgress:
