@@ -13,8 +13,6 @@ MOST_STOPS = 160
 SAMPLES_A_STOP = 24
 CENTERING_ROUNDS = 4
 MOST_RIDGE_CELLS = 64
-# The ridge's swath is this share of what would sweep the informative area exactly once.
-SWATH_SHARE = 1.0
 
 
 def stops(problem: Problem, count: int, rng: np.random.Generator) -> Float[np.ndarray, "stop 3"]:
@@ -139,7 +137,7 @@ def swath_m(problem: Problem, reach_m: float) -> float:
     present = flat[flat > 0.0]
     cells = float(np.exp(-np.sum(present * np.log(present))))
     area = cells * float(np.prod(problem.workspace.lengths_m[:2])) / flat.size
-    return SWATH_SHARE * area / max(reach_m, 1e-9)
+    return area / max(reach_m, 1e-9)
 
 
 def peak_m(problem: Problem) -> Float[np.ndarray, "2"]:
