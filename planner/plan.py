@@ -54,7 +54,7 @@ class Plan:
         candidates: In the order of the seeds.
         selected: Index of the path to fly; None where no candidate passed the gate.
         lawnmower_ergodic_metric: The baseline: the best lawnmower of the selected path's length over the same free
-            space.
+            space. NaN for a replan, which is compared with staying on the course.
         diversity: How different the candidates are.
         steps: Optimisation steps taken.
     """

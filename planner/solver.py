@@ -78,7 +78,7 @@ def solve(
     work.offer(seeds)
     match options.method:
         case Method.DEFAULT:
-            work.refine(seeds, warm=bool(warm_start))
+            work.refine(seeds)
         case Method.SVES:
             particles, work.steps = sves.descended(work.scene, seeds, options.kernel, out_of_time)
             work.offer(particles)
@@ -106,12 +106,14 @@ class _Work:
         self.judge = Judge(problem, options)
         self.patterns: list[str] = []
         self.best: list[Candidate] = []
+        self.warm = False
         self.steps = 0
 
     def starting_set(self, warm_start: Sequence[Trajectory]) -> Particles:
         """Free control points (unit cube) of the candidates to start from; remembers what each grew from."""
         moments = np.linspace(0.0, self.problem.duration_s, self.segments + 1)
         warm = list(warm_start)[: self.options.candidates]
+        self.warm = bool(warm)
         self.patterns = ["warm start"] * len(warm)
         paths = [curve.sample(curve.start_s + moments).position_m for curve in warm]
         missing = self.options.candidates - len(warm)
@@ -135,14 +137,14 @@ class _Work:
             else:
                 self.best.append(new)
 
-    def refine(self, seeds: Particles, warm: bool) -> None:
+    def refine(self, seeds: Particles) -> None:
         """The product's own optimiser."""
         particles = seeds
-        if self.options.candidates > 1 and not warm and not self.out_of_time():
+        if self.options.candidates > 1 and not self.warm and not self.out_of_time():
             self.progress(Progress("stein", 0.05))
             particles = explored(self.scene, particles, self.options.kernel, self.options.seed)
             self.steps += STEIN_STEPS
-        self._polish(particles, WARM_POLISH_PENALTIES if warm else POLISH_PENALTIES, "polish", 0.1, 0.8)
+        self._polish(particles, WARM_POLISH_PENALTIES if self.warm else POLISH_PENALTIES, "polish", 0.1, 0.8)
         for repair in range(MOST_REPAIRS):
             if self.out_of_time() or all(candidate.feasible for candidate in self.best):
                 break
@@ -159,7 +161,9 @@ class _Work:
         else:
             status = Status.STEP_LIMIT if self.out_of_time() else Status.CONVERGED
             length_m = self.best[selected].report.length_m
-        baseline, _ = lawnmower_ergodic_metric(self.problem, self.judge.ergodic_metric, length_m)
+        baseline = float("nan")
+        if not self.warm:
+            baseline, _ = lawnmower_ergodic_metric(self.problem, self.judge.ergodic_metric, length_m)
         paths = np.stack([at_middles(candidate.trajectory).position_m for candidate in self.best])
         return Plan(
             status=status,
