@@ -49,15 +49,12 @@ class FlightClock:
             self._last_s = max(self._last_s, self._read(host_s))
             return self._last_s
 
-    def hear(self, vehicle_s: float, host_s: float) -> float:
-        """Follow the vehicle's clock.
+    def hear(self, vehicle_s: float, host_s: float) -> None:
+        """Follow the vehicle's clock; called as the message comes, whatever else the flight is busy with.
 
         Args:
             vehicle_s: The vehicle's clock, as a message carried it.
             host_s: When the message came.
-
-        Returns:
-            The flight clock at the message's moment.
         """
         with self._lock:
             if self._offset_s is None:
@@ -71,7 +68,11 @@ class FlightClock:
             self._flight_s = self._read(host_s) + _FOLLOW * error_s
             self._host_s = host_s
             self._watch_rate(vehicle_s, host_s)
-            return vehicle_s + self._offset_s
+
+    def of(self, vehicle_s: float) -> float:
+        """The flight clock at a moment of the vehicle's clock, which must have been heard before."""
+        with self._lock:
+            return vehicle_s + (self._offset_s or 0.0)
 
     def _read(self, host_s: float) -> float:
         elapsed_s = host_s - self._host_s

@@ -205,6 +205,17 @@ class Course:
         """The motion at full pace at a curve time: what a replan continues from."""
         return self.leg_at(curve_s).trajectory.motion_at(curve_s)
 
+    def positions_at(self, curve_s: Float[np.ndarray, "time"]) -> Float[np.ndarray, "time 3"]:
+        """Positions at many curve times."""
+        position = np.empty((len(curve_s), 3))
+        starts = [leg.trajectory.start_s for leg in self.legs]
+        owner = np.maximum(np.searchsorted(starts, curve_s, side="right") - 1, 0)
+        for index, leg in enumerate(self.legs):
+            mine = owner == index
+            if mine.any():
+                position[mine] = leg.trajectory.sample(curve_s[mine]).position_m
+        return position
+
     def at(self, now_s: float) -> CoursePoint:
         """Where the course is at a moment of the flight clock."""
         curve_s, rate, rate_per_s = self.pace.at(now_s)

@@ -163,7 +163,7 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
     executive = Executive(assignment, monitors_of(mission, belief, energy), from_s=settings.from_s, patience=rate)
     loop: FlightLoop | None = None
     try:
-        with _vehicle(mission, settings, watcher) as link:
+        with _vehicle(mission, settings, watcher, clock) as link:
             streamer = Streamer(clock, mission.flight.stream_rate_hz, link.stream, link.close_stream, recorder.setpoint)
             cycle = None
             if replanner is not None:
@@ -287,7 +287,7 @@ def _header(planned: Planned, settings: FlightSettings) -> dict[str, Any]:
 
 
 @contextlib.contextmanager
-def _vehicle(mission: Mission, settings: FlightSettings, watcher: Watcher) -> Iterator[Link]:
+def _vehicle(mission: Mission, settings: FlightSettings, watcher: Watcher, clock: FlightClock) -> Iterator[Link]:
     """The vehicle, connected; the built-in one is started and ended."""
     with contextlib.ExitStack() as stack:
         address = settings.link
@@ -310,6 +310,7 @@ def _vehicle(mission: Mission, settings: FlightSettings, watcher: Watcher) -> It
             mission.site.origin.point(),
             vehicle_system=mission.link.system_id,
             key_file=mission.link.signing_key_file,
+            on_state=clock.hear,
         )
         stack.callback(link.close)
         yield link

@@ -170,7 +170,7 @@ class FlightLoop:
                 self._recorder.write("item", now_s, reached=event.reached, current=event.current)
             self._receive(event, now_s)
             return
-        now_s = self._clock.hear(event.time_s, host_s)
+        now_s = self._clock.of(event.time_s)
         executive = self.executive
         target = None
         if executive.course is not None and executive.phase in STREAMING:

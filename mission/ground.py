@@ -197,7 +197,7 @@ def first_block(executive: Executive, problem: Problem, now_s: float) -> CourseB
         return None
     here_s = course.at(now_s).curve_s
     moments = np.arange(here_s, course.end_s + _BLOCK_STEP_S, _BLOCK_STEP_S)
-    position = np.stack([course.motion_at(moment).position_m for moment in moments])
+    position = course.positions_at(moments)
     near = problem.obstacles.distance(position) < problem.keep_out_m
     if not near.any():
         return None

@@ -1,8 +1,9 @@
 """The folder a flight leaves, written ahead of what it records.
 
 `log.jsonl` has one JSON object a line: a header with format and version, then what happened, in order, each with the
-flight clock `t`. A line is handed to the system before the flight acts on it, and plans are on the disk before they are
-flown: after a crash or a kill everything up to the last line is there (`mission.flight_log` reads it back).
+flight clock `t` and this machine's monotonic clock `host`. A line is handed to the system before the flight acts on it,
+and plans are on the disk before they are flown: after a crash or a kill everything up to the last line is there
+(`mission.flight_log` reads it back).
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import json
 import os
 import threading
+import time
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -53,7 +55,8 @@ class Recorder:
             time_s: Flight clock.
             fields: Its particulars; finite numbers only.
         """
-        line = json.dumps({"kind": kind, "t": round(time_s, 4), **fields}, allow_nan=False, separators=(",", ":"))
+        stamps = {"kind": kind, "t": round(time_s, 4), "host": round(time.monotonic(), 4)}
+        line = json.dumps({**stamps, **fields}, allow_nan=False, separators=(",", ":"))
         with self._lock:
             if not self._file.closed:
                 self._file.write(line + "\n")

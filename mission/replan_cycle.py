@@ -16,16 +16,21 @@ from mission.phases import Phase
 from mission.replanning import Replanner, Reply, Request, Verdict, judge
 from planner.plan import Plan
 from planner.problem import Options, Problem
+from planner.scene import knots_for
 from planner.trajectory import Motion, Trajectory
 
 LEAST_REMAINING_SHARE = 0.05
 LEAST_REMAINING_S = 2.0
 _AHEAD_INTERVAL_S = 0.1
-_ALTERNATIVES = 2
-_CANDIDATES = 4
+_ALTERNATIVES = 1
+_CANDIDATES = 2
 _FAILURES_WHILE_HELD = 3
-# Shares of the exploration that are left when a replan is smaller than the ones before it by a compilation.
-_WARM_UP_SHARES = (1.0, 0.7, 0.5, 0.35, 0.25, 0.15)
+# A replan has as many knots as the plan, however little is left, so that what was compiled on the ground serves the
+# whole flight; only where a share of the exploration is left does it make do with fewer.
+_FEWER_BELOW = ((0.35, 2), (0.12, 4))
+_FEWEST_SEGMENTS = 16
+_SAMPLES_A_SEGMENT = 2
+_WARM_UP_SHARES = (1.0, 0.3, 0.1)
 WARM_UP = 0
 """Number of a request that only makes the solver compile what later ones need."""
 
@@ -61,6 +66,7 @@ class ReplanCycle:
         self._schedule = schedule
         self._alternatives = _curves(plan)
         self._course = plan.best.trajectory
+        self._segments, _ = knots_for(belief.problem, options)
         self._to_warm = list(_WARM_UP_SHARES)
         self._answered = 0
         self._asked_s: float | None = None
@@ -160,10 +166,7 @@ class ReplanCycle:
         remaining_s = executive.exploration.end_s - switch_s
         if remaining_s < max(LEAST_REMAINING_S, LEAST_REMAINING_SHARE * executive.exploration.end_s):
             return None
-        moments = np.arange(at_s, switch_s, _AHEAD_INTERVAL_S)
-        ahead = (
-            np.stack([course.motion_at(moment).position_m for moment in moments]) if len(moments) else np.empty((0, 3))
-        )
+        ahead = course.positions_at(np.arange(at_s, switch_s, _AHEAD_INTERVAL_S))
         problem = self._belief.remaining(course.motion_at(switch_s), remaining_s, ahead, switch_s - at_s)
         staying = course.leg_at(switch_s).trajectory
         return self._request(problem, switch_s, staying, course.trajectory)
@@ -183,12 +186,19 @@ class ReplanCycle:
         return Request(
             self._number + 1,
             problem,
-            self._options,
+            self._options_for(problem),
             tuple(warm),
             staying,
             switch_s,
             self._schedule.time_limit_host_s,
         )
+
+    def _options_for(self, problem: Problem) -> Options:
+        """Options that ask for as many knots as the whole exploration has, or a fixed part of them."""
+        share = problem.duration_s / max(self._course.duration_s, 1e-9)
+        fewer = max([divisor for below, divisor in _FEWER_BELOW if share < below], default=1)
+        segments = max(_FEWEST_SEGMENTS, self._segments // fewer)
+        return dataclasses.replace(self._options, time_step_s=problem.duration_s / (_SAMPLES_A_SEGMENT * segments))
 
 
 def _curves(plan: Plan) -> tuple[Trajectory, ...]:

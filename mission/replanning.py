@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import multiprocessing
 import os
+import threading
 import time
 from collections.abc import Callable
 from multiprocessing.connection import Connection
@@ -79,7 +80,7 @@ Solve = Callable[[Request], Reply]
 def answer(request: Request) -> Reply:
     """Solve a request; runs in the other process."""
     from planner.judging import Judge
-    from planner.solve import solve
+    from planner.solver import solve
 
     began_s = time.monotonic()
     deadline_s = began_s + request.time_limit_s
@@ -162,16 +163,19 @@ class Replanner:
         """
         if self._asked is not None:
             raise ValueError("a replan is under way: poll until it is answered")
+        self._asked = request
+        # A problem has megabytes, and the pipe takes them as fast as the other side reads.
+        threading.Thread(target=self._send, args=(request,), name="asking", daemon=True).start()
+
+    def _send(self, request: Request) -> None:
         try:
             self._connection.send(request)
         except (BrokenPipeError, OSError) as error:
             self.lost = f"the replanning process is gone: {error}"
-            return
-        self._asked = request
 
     def poll(self) -> Reply | None:
         """The answer, if it is there."""
-        if self._asked is None or not self._connection.poll():
+        if self._asked is None or not (self.lost or self._connection.poll()):
             return None
         asked, self._asked = self._asked, None
         try:

@@ -19,7 +19,7 @@ import math
 import queue
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 from mavsdk import Configuration, Mavsdk, System, log_subscribe
@@ -34,7 +34,7 @@ from sim_bridge.link_autopilot import GUIDED, Autopilot
 from sim_bridge.link_guard import Guard, read_key
 from sim_bridge.link_telemetry import Heard, Telemetry
 from sim_bridge.link_wire import Wire, open_wire, parse_address
-from sim_bridge.state import Command, CommandDone, FlightMode, GeodeticPoint, Setpoint, StatusText
+from sim_bridge.state import Command, CommandDone, FlightMode, GeodeticPoint, Setpoint, StatusText, VehicleState
 
 OWN_SYSTEM = 245
 OWN_COMPONENT = mavlink.MAV_COMP_ID_MISSIONPLANNER
@@ -94,9 +94,18 @@ class Link:
         origin: The mission's origin.
         vehicle_system: The vehicle's MAVLink system id.
         key: Signing key; None: unsigned.
+        on_state: Told of each state as it comes, on the receiving thread: the vehicle's clock, and this machine's.
     """
 
-    def __init__(self, wire: Wire, origin: GeodeticPoint, vehicle_system: int = 1, key: bytes | None = None) -> None:
+    def __init__(
+        self,
+        wire: Wire,
+        origin: GeodeticPoint,
+        vehicle_system: int = 1,
+        key: bytes | None = None,
+        on_state: Callable[[float, float], None] | None = None,
+    ) -> None:
+        self._on_state = on_state
         self._wire = wire
         self._frame = VehicleFrame(origin)
         self._guard = Guard(
@@ -134,6 +143,7 @@ class Link:
         vehicle_system: int = 1,
         key_file: Path | None = None,
         timeout_s: float = 30.0,
+        on_state: Callable[[float, float], None] | None = None,
     ) -> Link:
         """Open a line and wait until the vehicle is heard on it.
 
@@ -143,6 +153,7 @@ class Link:
             vehicle_system: The vehicle's MAVLink system id.
             key_file: File with the signing key; None: unsigned.
             timeout_s: How long to wait for a heartbeat.
+            on_state: Told of each state as it comes, on the receiving thread: the vehicle's clock, and this machine's.
 
         Raises:
             ValueError: The address or the key file cannot be read.
@@ -153,7 +164,7 @@ class Link:
             wire = open_wire(parse_address(address))
         except OSError as error:
             raise LinkError(f"{address} cannot be opened: {error}") from error
-        link = cls(wire, origin, vehicle_system, key)
+        link = cls(wire, origin, vehicle_system, key, on_state)
         try:
             link.wait_heard(timeout_s, address)
         except LinkError:
@@ -314,6 +325,8 @@ class Link:
             host_s = time.monotonic()
             for accepted in self._guard.accept(data):
                 for event in self._telemetry.receive(accepted.message):
+                    if self._on_state is not None and isinstance(event, VehicleState):
+                        self._on_state(event.time_s, host_s)
                     self._post(host_s, event)
                 self._sdk.pass_received_raw_bytes(accepted.frame)
 

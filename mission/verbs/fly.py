@@ -48,12 +48,16 @@ def fly(
 ) -> None:
     """Plan a mission, fly it, replan on the way, land, and leave a folder with everything about it."""
     from mission.loading import load
+    from mission.recorder import LOG_NAME
 
     changes = [*(overrides or ())]
     changes += [f'link.address="{link}"'] if link is not None else []
     changes += [f'flight.mode="{mode}"'] if mode is not None else []
     try:
         mission = load(mission_file, changes)
+        if out is not None and (out / LOG_NAME).exists():
+            finding = Finding("--out", str(out), "holds a flight already: give another folder, or `mission resume` it")
+            raise InputError(str(out), [finding])
     except InputError as error:
         raise refuse(error, as_json) from error
 
@@ -83,9 +87,6 @@ def carry_out(planned: Planned, settings: FlightSettings, *, view: bool, as_json
     from mission.flight_progress import watcher_for
     from sim_bridge.link import LinkError
 
-    if (settings.folder / "log.jsonl").exists() and settings.from_s is None:
-        finding = Finding("--out", str(settings.folder), "holds a flight already: give another folder, or resume it")
-        raise refuse(InputError(str(settings.folder), [finding]), as_json)
     try:
         flown = fly_planned(planned, settings, watcher_for())
     except OSError as error:
