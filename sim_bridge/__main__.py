@@ -14,8 +14,9 @@ from sim_bridge.channel import Quality
 from sim_bridge.frames import geodetic_from_enu
 from sim_bridge.kinematics import Airframe, Wind
 from sim_bridge.link_autopilot import Autopilot
-from sim_bridge.simulator import Simulator
+from sim_bridge.simulator import Simulator, make_autopilot
 from sim_bridge.state import GeodeticPoint
+from sim_bridge.station import Station
 
 SPACING_M = 5.0
 
@@ -57,7 +58,9 @@ def run(
     jitter: Annotated[float, typer.Option(min=0.0, help="Spread of that delay to either side, s.")] = 0.0,
     battery: Annotated[float, typer.Option(min=0.0, max=1.0, help="Charge at the start.")] = 1.0,
     endurance: Annotated[float, typer.Option(min=1.0, help="Time a full battery hovers, s.")] = 1200.0,
-    ready_after: Annotated[float, typer.Option(min=0.0, help="From boot until it can be armed, s.")] = 36.0,
+    ready_after: Annotated[
+        float | None, typer.Option(min=0.0, help="From boot until it can be armed, s; default: as the real one.")
+    ] = None,
     param: Annotated[list[str] | None, typer.Option(help="Change a parameter: NAME=VALUE; repeatable.")] = None,
     seed: Annotated[int, typer.Option(help="Of everything random.")] = 0,
     as_json: Annotated[bool, typer.Option("--json", help="Say what runs as one JSON object.")] = False,
@@ -83,7 +86,9 @@ def run(
         for index in range(vehicles)
     ]
     try:
-        simulator = Simulator(kind, configs, port, speed, Quality(loss=loss, delay_s=delay, jitter_s=jitter))
+        quality = Quality(loss=loss, delay_s=delay, jitter_s=jitter)
+        stations = [Station(make_autopilot(kind, config), quality, config.seed) for config in configs]
+        simulator = Simulator(stations, port, speed)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     stopped: list[int] = []

@@ -6,19 +6,27 @@ from typing import Protocol
 
 from sim_bridge.body import Body
 from sim_bridge.codec import Message
+from sim_bridge.services import Services
+from sim_bridge.state import FlightMode
 
 
 class VehicleAutopilot(Protocol):
-    """One built-in vehicle; implemented by `sim_bridge.px4` and `sim_bridge.ardupilot`, each final."""
+    """One built-in vehicle; implemented by `sim_bridge.px4` and `sim_bridge.ardupilot`, each final.
+
+    All times are the world's, in seconds; what the vehicle tells counts from its own boot.
+    """
 
     body: Body
+    services: Services
+    refusal: str
+    """Why arming is refused, whatever else is well; empty: it is not."""
 
     def receive(self, message: Message, now_s: float) -> list[Message]:
         """Take one message in and answer it.
 
         Args:
-            message: From any sender; what is not for this vehicle is not answered.
-            now_s: Vehicle time since boot.
+            message: From any sender; what is not for this vehicle is not obeyed.
+            now_s: Now.
         """
         ...
 
@@ -26,9 +34,24 @@ class VehicleAutopilot(Protocol):
         """Move until now, and tell what is due."""
         ...
 
-    def streamed_to_s(self) -> float | None:
-        """Vehicle time of the last setpoint while one is being followed; None: none is.
+    def follows_setpoints(self) -> bool:
+        """Whether the vehicle is flown by setpoints: a simulator that runs faster than real time waits for them."""
+        ...
 
-        A simulator that runs faster than real time does not run ahead of it.
+    def reboot(self, now_s: float, outage_s: float, *, recovers_in_air: bool) -> None:
+        """Start anew: parameters and plans stay, everything else is forgotten.
+
+        Args:
+            now_s: Now.
+            outage_s: How long nothing is said or controlled.
+            recovers_in_air: Whether the motors come back where they ran, and the vehicle lands by itself.
+        """
+        ...
+
+    def pilot_switches(self, mode: FlightMode) -> list[Message]:
+        """A pilot takes the transmitter, sticks centred, and chooses a mode.
+
+        Raises:
+            ValueError: The autopilot has no such mode.
         """
         ...

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
 from typing import Any
 
 os.environ.setdefault("MAVLINK20", "1")
@@ -10,6 +11,8 @@ from pymavlink.dialects.v20 import common as mavlink
 
 Message = Any
 """A message of pymavlink's dialect: `mavlink.MAVLink_message`, whose fields are made at run time."""
+
+_HEADER_BYTES, _CHECKSUM_BYTES, _SIGNATURE_BYTES = 10, 2, 13
 
 
 class Codec:
@@ -31,4 +34,15 @@ class Codec:
     def decode(self, data: bytes) -> list[Message]:
         """The messages in some bytes; what is garbage, unknown or cut off is left out."""
         found = self._mavlink.parse_buffer(data) or []
-        return [message for message in found if message.get_type() != "BAD_DATA" and message.get_msgId() >= 0]
+        return [message for message in found if message.get_msgId() >= 0]
+
+
+def frames_in(data: bytes) -> Iterator[tuple[int, bytes]]:
+    """Message id and payload of each MAVLink 2 frame in a datagram, unchecked and undecoded."""
+    at = 0
+    while at + _HEADER_BYTES <= len(data) and data[at] == mavlink.PROTOCOL_MARKER_V2:
+        length = data[at + 1]
+        payload = data[at + _HEADER_BYTES : at + _HEADER_BYTES + length]
+        yield int.from_bytes(data[at + 7 : at + 10], "little"), payload
+        signed = data[at + 2] & mavlink.MAVLINK_IFLAG_SIGNED
+        at += _HEADER_BYTES + length + _CHECKSUM_BYTES + (_SIGNATURE_BYTES if signed else 0)

@@ -2,66 +2,85 @@
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Sequence
 
 import shapely
 
 from sim_bridge.body import Body
-from sim_bridge.codec import Message, mavlink
-from sim_bridge.plan_storage import item_lat_lon_e7
+from sim_bridge.codec import mavlink
+from sim_bridge.plan_items import FENCE_CIRCLES, FENCE_POLYGONS, Item
 from sim_bridge.state import GeodeticPoint, Vector
 
-_POLYGONS = (
-    mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION,
-    mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION,
-)
-_CIRCLES = (mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION, mavlink.MAV_CMD_NAV_FENCE_CIRCLE_EXCLUSION)
 _INCLUSIONS = (
     mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION,
     mavlink.MAV_CMD_NAV_FENCE_CIRCLE_INCLUSION,
 )
 
 
-class FenceWatch:
-    """Areas to stay in and out of, in the vehicle's map."""
+@dataclasses.dataclass(frozen=True)
+class Area:
+    """One polygon or circle of a fence.
 
-    def __init__(self) -> None:
-        self._inside: list[shapely.Polygon] = []
-        self._outside: list[shapely.Polygon] = []
-        self.enforced = False
+    Attributes:
+        shape: In the vehicle's map: north, east, metres.
+        inclusion: Whether to stay inside; else to stay out.
+    """
 
-    def load(self, items: Sequence[Message], body: Body) -> bool:
-        """Take an uploaded fence.
-
-        Returns:
-            Whether it is valid: it contains home. One that is not is kept by the vehicle and not enforced.
-        """
-        self._inside, self._outside = [], []
-        index = 0
-        while index < len(items):
-            item = items[index]
-            shapes = self._inside if item.command in _INCLUSIONS else self._outside
-            if item.command in _POLYGONS:
-                count = max(1, int(item.param1))
-                corners = [_place(corner, body) for corner in items[index : index + count]]
-                if len(corners) >= 3:
-                    shapes.append(shapely.Polygon(corners))
-                index += count
-            else:
-                if item.command in _CIRCLES and item.param1 > 0.0:
-                    shapes.append(shapely.Point(_place(item, body)).buffer(item.param1))
-                index += 1
-        self.enforced = bool(self._inside or self._outside) and not self.breached(body.home_ned_m)
-        return self.enforced or not items
+    shape: shapely.Polygon
+    inclusion: bool
 
     def breached(self, position_ned_m: Vector) -> bool:
         """Whether a place lies where the vehicle must not be."""
-        here = shapely.Point(position_ned_m[:2])
-        out_of_all = bool(self._inside) and not all(shape.covers(here) for shape in self._inside)
-        return out_of_all or any(shape.covers(here) for shape in self._outside)
+        return self.shape.covers(shapely.Point(position_ned_m[:2])) != self.inclusion
 
 
-def _place(item: Message, body: Body) -> tuple[float, float]:
-    latitude_e7, longitude_e7 = item_lat_lon_e7(item)
-    north, east, _ = body.local_ned(GeodeticPoint(latitude_e7 * 1e-7, longitude_e7 * 1e-7, 0.0))
+def areas_of(items: Sequence[Item], body: Body) -> list[Area]:
+    """The areas of an uploaded fence; what is no area is left out."""
+    found: list[Area] = []
+    index = 0
+    while index < len(items):
+        item = items[index]
+        inclusion = item.command in _INCLUSIONS
+        if item.command in FENCE_POLYGONS:
+            count = max(1, int(item.params[0]))
+            corners = [_place(corner, body) for corner in items[index : index + count]]
+            if len(corners) >= 3:
+                found.append(Area(shapely.Polygon(corners), inclusion))
+            index += count
+        else:
+            if item.command in FENCE_CIRCLES and item.params[0] > 0.0:
+                found.append(Area(shapely.Point(_place(item, body)).buffer(item.params[0]), inclusion))
+            index += 1
+    return found
+
+
+class FenceWatch:
+    """The areas that are enforced."""
+
+    def __init__(self) -> None:
+        self._areas: list[Area] = []
+
+    def load(self, items: Sequence[Item], body: Body, *, must_contain: Sequence[Vector]) -> list[Vector]:
+        """Take an uploaded fence.
+
+        Args:
+            items: As uploaded.
+            body: Whose map is used.
+            must_contain: Places that each area must allow; one that does not is not enforced.
+
+        Returns:
+            Those of the places that some area does not allow.
+        """
+        areas = areas_of(items, body)
+        self._areas = [area for area in areas if not any(area.breached(place) for place in must_contain)]
+        return [place for place in must_contain if any(area.breached(place) for area in areas)]
+
+    def breached(self, position_ned_m: Vector) -> bool:
+        """Whether a place lies where the vehicle must not be."""
+        return any(area.breached(position_ned_m) for area in self._areas)
+
+
+def _place(item: Item, body: Body) -> tuple[float, float]:
+    north, east, _ = body.local_ned(GeodeticPoint(item.latitude_e7 * 1e-7, item.longitude_e7 * 1e-7, 0.0))
     return north, east

@@ -1,6 +1,7 @@
 """A vehicle's parameters and their protocol.
 
-PX4 sends an integer's bytes in the float field, ArduPilot its value as a float. An unknown name gets no reply.
+PX4 sends an integer's bytes in the float field and ignores a write of another type; ArduPilot sends an integer's value
+as a float and takes any. An unknown name gets no reply from either.
 """
 
 from __future__ import annotations
@@ -11,6 +12,8 @@ import struct
 from collections.abc import Mapping
 
 from sim_bridge.codec import Message, mavlink
+
+_SMALLEST, _LARGEST = -(2**31), 2**31 - 1
 
 
 class Encoding(enum.Enum):
@@ -31,6 +34,8 @@ class Parameters:
     def __init__(self, values: Mapping[str, float], encoding: Encoding) -> None:
         self._values = dict(values)
         self._encoding = encoding
+        self.changes = 0
+        """How often any was written."""
 
     def __getitem__(self, name: str) -> float:
         return self._values[name]
@@ -39,12 +44,16 @@ class Parameters:
         """Set several, keeping each one's type.
 
         Raises:
-            ValueError: A name that the vehicle does not have.
+            ValueError: A name that the vehicle does not have, or a value that is no number.
         """
         for name, value in changes.items():
             if name not in self._values:
-                raise ValueError(f"the vehicle has no parameter {name}")
-            self._values[name] = int(value) if isinstance(self._values[name], int) else float(value)
+                raise ValueError(f"the vehicle has no parameter {name}: it has {', '.join(sorted(self._values))}")
+            if not math.isfinite(value):
+                raise ValueError(f"parameter {name} needs a finite number, got {value}")
+            whole = isinstance(self._values[name], int)
+            self._values[name] = max(_SMALLEST, min(_LARGEST, int(value))) if whole else float(value)
+        self.changes += 1
 
     def receive(self, message: Message) -> list[Message]:
         """Answer a request about parameters; anything else is answered with nothing."""
@@ -53,34 +62,38 @@ class Parameters:
                 return [self._value(name) for name in self._values]
             case mavlink.MAVLink_param_request_read_message():
                 names = list(self._values)
-                name = names[message.param_index] if 0 <= message.param_index < len(names) else message.param_id
+                index = message.param_index
+                name = message.param_id if index < 0 else names[index] if index < len(names) else ""
                 return [self._value(name)] if name in self._values else []
             case mavlink.MAVLink_param_set_message():
-                if message.param_id not in self._values:
-                    return []
-                value = self._decoded(message.param_value, message.param_type)
-                if math.isfinite(value):
-                    self.change({message.param_id: value})
-                return [self._value(message.param_id)]
+                return self._set(message)
             case _:
                 return []
 
+    def _set(self, message: Message) -> list[Message]:
+        name, kind = message.param_id, message.param_type
+        if name not in self._values:
+            return []
+        value = message.param_value
+        if self._encoding is Encoding.BYTEWISE:
+            if kind != self._kind(name):
+                return []
+            if kind == mavlink.MAV_PARAM_TYPE_INT32:
+                value = float(struct.unpack("<i", struct.pack("<f", value))[0])
+        if math.isfinite(value):
+            self.change({name: value})
+        return [self._value(name)]
+
+    def _kind(self, name: str) -> int:
+        whole = isinstance(self._values[name], int)
+        return mavlink.MAV_PARAM_TYPE_INT32 if whole else mavlink.MAV_PARAM_TYPE_REAL32
+
     def _value(self, name: str) -> Message:
         value = self._values[name]
-        if isinstance(value, int):
-            kind = mavlink.MAV_PARAM_TYPE_INT32
-            as_float = self._as_bytes(value) if self._encoding is Encoding.BYTEWISE else float(value)
+        if isinstance(value, int) and self._encoding is Encoding.BYTEWISE:
+            as_float = struct.unpack("<f", struct.pack("<i", value))[0]
         else:
-            kind, as_float = mavlink.MAV_PARAM_TYPE_REAL32, value
+            as_float = float(value)
         names = list(self._values)
+        kind = self._kind(name)
         return mavlink.MAVLink_param_value_message(name.encode(), as_float, kind, len(names), names.index(name))
-
-    @staticmethod
-    def _as_bytes(value: int) -> float:
-        return struct.unpack("<f", struct.pack("<i", value))[0]
-
-    def _decoded(self, value: float, kind: int) -> float:
-        whole = kind not in (mavlink.MAV_PARAM_TYPE_REAL32, mavlink.MAV_PARAM_TYPE_REAL64)
-        if whole and self._encoding is Encoding.BYTEWISE:
-            return float(struct.unpack("<i", struct.pack("<f", value))[0])
-        return value

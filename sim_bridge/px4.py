@@ -1,55 +1,39 @@
-"""The built-in vehicle as PX4 1.15 behaves: modes, arming, Offboard and its loss, failsafes, missions, fences."""
+"""The built-in vehicle as PX4 1.15 behaves: what it hears, what it is told to do, what it tells."""
 
 from __future__ import annotations
 
-import dataclasses
-import enum
 import math
 
-from sim_bridge import guidance
 from sim_bridge.body import Body, VehicleConfig
 from sim_bridge.codec import Message, mavlink
-from sim_bridge.fence_watch import FenceWatch
-from sim_bridge.kinematics import Airframe, Target
+from sim_bridge.kinematics import SpeedLimits
 from sim_bridge.link_autopilot import Autopilot
-from sim_bridge.mission_execution import MissionRun
-from sim_bridge.offboard import SETPOINTS, Stream
 from sim_bridge.parameters import Encoding, Parameters
-from sim_bridge.plan_storage import Manners, PlanStorage
-from sim_bridge.px4_defaults import PARAMETERS, RATES_HZ
-from sim_bridge.state import GeodeticPoint, Vector
-from sim_bridge.telemetry import Streams, body_message, status_texts
+from sim_bridge.plan_storage import PlanStorage
+from sim_bridge.px4_commander import Commander
+from sim_bridge.px4_defaults import CAPABILITIES, DEAD_RECKONING_S, PARAMETERS, RATES_HZ, READY_AFTER_S, RELEASE
+from sim_bridge.px4_modes import Mode, mode_from_numbers
+from sim_bridge.px4_navigator import Navigator
+from sim_bridge.px4_offboard import SETPOINTS, Refused, Stream
+from sim_bridge.px4_plans import PX4_MANNERS
+from sim_bridge.services import Order, Reply, Services, version
+from sim_bridge.state import FlightMode, GeodeticPoint
+from sim_bridge.telemetry import Standing, Streams, body_message
 
-FORCE_DISARM = 21196.0
-PREFLIGHT_DISARM_S = 10.0
-LANDED_DISARM_S = 2.0
-FAST_DESCENT_ABOVE_M = 10.0
-REACHED_REPEAT_S = 1.0
-TAKEN_OFF_WITHIN_M = 0.3
-
-
-class Mode(enum.Enum):
-    """Flight modes, by main and sub mode of the heartbeat."""
-
-    POSCTL = (3, 0)
-    ALTCTL = (2, 0)
-    OFFBOARD = (6, 0)
-    TAKEOFF = (4, 2)
-    HOLD = (4, 3)
-    MISSION = (4, 4)
-    RETURN = (4, 5)
-    LAND = (4, 6)
-
-    @property
-    def custom_mode(self) -> int:
-        """As the heartbeat carries it."""
-        main, sub = self.value
-        return sub << 24 | main << 16
-
-
-_LOSS_MODES = {0: Mode.POSCTL, 1: Mode.ALTCTL, 3: Mode.RETURN, 4: Mode.LAND, 5: Mode.HOLD}
-_FENCE_MODES = {2: Mode.HOLD, 3: Mode.RETURN, 5: Mode.LAND}
-_NAMES = {Mode.POSCTL: "Position", Mode.ALTCTL: "Altitude", Mode.OFFBOARD: "Offboard", Mode.TAKEOFF: "Takeoff"}
+_FORCE = 21196
+_REACHED_REPEATS = 10
+_AUTOTUNE_S = 20.0
+_REBOOT_S = 3.0
+_ACCEPTED, _DENIED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_DENIED
+_REJECTED, _UNSUPPORTED = mavlink.MAV_RESULT_TEMPORARILY_REJECTED, mavlink.MAV_RESULT_UNSUPPORTED
+_BROADCAST = (mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES)
+_PILOT_MODES = {
+    FlightMode.PILOT: Mode.POSCTL,
+    FlightMode.HOLD: Mode.HOLD,
+    FlightMode.RETURN: Mode.RETURN,
+    FlightMode.LAND: Mode.LAND,
+    FlightMode.MISSION: Mode.MISSION,
+}
 
 
 class Px4:
@@ -57,462 +41,302 @@ class Px4:
 
     Args:
         config: How it is set up.
+
+    Raises:
+        ValueError: A parameter that it does not have.
     """
 
     def __init__(self, config: VehicleConfig) -> None:
-        self.parameters = Parameters(PARAMETERS, Encoding.BYTEWISE)
-        self.parameters.change(dict(config.parameters))
-        self.body = Body(dataclasses.replace(config, airframe=self._airframe(config.airframe)), Autopilot.PX4)
-        self.mode = Mode.POSCTL
-        self.failsafe = False
-        self.storage = PlanStorage(
-            Manners(
-                first_request_is_int=False,
-                later_requests_are_int=True,
-                retry_s=0.26,
-                give_up_s=5.0,
-                gives_up_with_ack=False,
-                most_items=2000,
-                check=lambda _kind, _item: mavlink.MAV_MISSION_ACCEPTED,
-            )
-        )
-        self._streams = Streams(RATES_HZ)
-        self._stream = Stream()
-        self._mission = MissionRun()
-        self._fence = FenceWatch()
-        self._held: Vector = self.body.rotor.position_ned_m
-        self._held_yaw_rad = 0.0
-        self._takeoff_down_m = 0.0
-        self._return_leg = 0
-        self._armed_s = 0.0
-        self._flew = False
-        self._landed_s: float | None = None
-        self._offboard_wanted = False
-        self._battery_warned = 0
-        self._reached_told_s = -math.inf
-        self._text_id = 0
-        self._now_s = 0.0
+        self.body = Body(config, Autopilot.PX4, DEAD_RECKONING_S)
+        self._parameters = Parameters(PARAMETERS, Encoding.BYTEWISE)
+        self._parameters.change({"MAV_SYS_ID": config.system, **dict(config.parameters)})
+        self._storage = PlanStorage(PX4_MANNERS)
+        self.services = Services(self._parameters, self._storage, Streams(RATES_HZ), RATES_HZ)
+        self.refusal = ""
+        self._start(0.0)
 
-    # Hearing.
+    def _start(self, boot_s: float) -> None:
+        """What every boot begins with."""
+        wanted_s = self.body.config.ready_after_s
+        self._boot_s = boot_s
+        self._now_s = 0.0
+        self._stream = Stream()
+        self._navigator = Navigator(self.body, self._parameters)
+        self._commander = Commander(
+            self.body,
+            self.services,
+            self._stream,
+            self._navigator,
+            READY_AFTER_S if wanted_s is None else wanted_s,
+        )
+        self._reached: tuple[int, int] | None = None
+        self._reached_told_s = self._complained_s = -math.inf
+        self._autotune_s: float | None = None
+        self._apply_parameters()
 
     def receive(self, message: Message, now_s: float) -> list[Message]:
         """Take one message in and answer it."""
-        self._now_s = now_s
-        own = self.body.config.system
-        target = getattr(message, "target_system", None)
+        if not self._at(now_s):
+            return []
+        own, target = self.body.config.system, getattr(message, "target_system", None)
+        order = Order.from_message(message)
+        if order is not None:
+            return self._ordered(order)
         match message:
-            case mavlink.MAVLink_command_long_message() | mavlink.MAVLink_command_int_message():
-                if target not in (0, own):
-                    return [self._ack(message, mavlink.MAV_RESULT_FAILED)]
-                return self._command(message)
-            case mavlink.MAVLink_ping_message():
-                if target not in (0, own):
-                    return []
-                peer = (message.get_srcSystem(), message.get_srcComponent())
-                return [mavlink.MAVLink_ping_message(message.time_usec, message.seq, *peer)]
-            case mavlink.MAVLink_timesync_message():
-                if message.tc1 != 0:
-                    return []
-                return [mavlink.MAVLink_timesync_message(int(now_s * 1e9), message.ts1)]
-            case _ if target not in (None, 0, own):
-                return []
-            case mavlink.MAVLink_file_transfer_protocol_message():
-                return [_ftp_refusal(message)]
-            case mavlink.MAVLink_set_mode_message():
-                result, texts = self._set_mode(message.custom_mode >> 16 & 0xFF, message.custom_mode >> 24 & 0xFF)
-                del result
-                return texts
-            case mavlink.MAVLink_mission_set_current_message():
-                self._mission.restart(at=message.seq)
+            case mavlink.MAVLink_heartbeat_message():
+                if message.type == mavlink.MAV_TYPE_GCS:
+                    self._commander.ground_station_s = self._now_s
                 return []
             case _ if isinstance(message, SETPOINTS):
-                self._stream.receive(message, self.body, now_s)
-                return []
+                return self._setpoint(message) if target in (0, own) else []
+            case mavlink.MAVLink_set_mode_message():
+                mode = mode_from_numbers(message.custom_mode >> 16 & 0xFF, message.custom_mode >> 24 & 0xFF)
+                return self._commander.change_mode(mode)[1] if target == own and mode is not None else []
+            case mavlink.MAVLink_mission_set_current_message():
+                return self._set_current(message.seq) if target == own else []
             case _:
-                replies = self.parameters.receive(message) + self.storage.receive(message, now_s)
-                return replies + self._plan_changed()
-
-    def _command(self, message: Message) -> list[Message]:
-        result, more = self._carried_out(message)
-        return [self._ack(message, result), *more]
-
-    def _carried_out(self, message: Message) -> tuple[int, list[Message]]:
-        accepted, denied = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_DENIED
-        match message.command:
-            case mavlink.MAV_CMD_COMPONENT_ARM_DISARM:
-                return self._arm() if message.param1 > 0.5 else self._disarm(message.param2 == FORCE_DISARM)
-            case mavlink.MAV_CMD_DO_SET_MODE:
-                return self._set_mode(int(message.param2), int(message.param3))
-            case mavlink.MAV_CMD_NAV_TAKEOFF:
-                home = self.body.geodetic(self.body.home_ned_m).altitude_amsl_m
-                altitude = getattr(message, "param7", getattr(message, "z", math.nan))
-                amsl = altitude if math.isfinite(altitude) else home + self.parameters["MIS_TAKEOFF_ALT"]
-                self._takeoff_down_m = self.body.origin.altitude_amsl_m - amsl
-                return accepted, self._enter(Mode.TAKEOFF)
-            case mavlink.MAV_CMD_NAV_LAND:
-                return accepted, self._enter(Mode.LAND)
-            case mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH:
-                return accepted, self._enter(Mode.RETURN)
-            case mavlink.MAV_CMD_MISSION_START:
-                return self._set_mode(*Mode.MISSION.value)
-            case mavlink.MAV_CMD_DO_REPOSITION:
-                texts = self._enter(Mode.HOLD)
-                if isinstance(message, mavlink.MAVLink_command_int_message) and message.x != 0:
-                    place = GeodeticPoint(message.x * 1e-7, message.y * 1e-7, message.z)
-                    self._held = self.body.local_ned(place)
-                return accepted, texts
-            case mavlink.MAV_CMD_DO_CHANGE_SPEED | mavlink.MAV_CMD_DO_SET_HOME:
-                return accepted, []
-            case mavlink.MAV_CMD_SET_MESSAGE_INTERVAL:
-                message_id = int(message.param1)
-                self._streams.set_interval(message_id, message.param2, RATES_HZ.get(message_id, 1.0), self._now_s)
-                return accepted, []
-            case mavlink.MAV_CMD_GET_MESSAGE_INTERVAL:
-                message_id = int(message.param1)
-                interval = int(self._streams.interval_us(message_id))
-                return accepted, [mavlink.MAVLink_message_interval_message(message_id, interval)]
-            case mavlink.MAV_CMD_REQUEST_MESSAGE:
-                asked = self._message(int(message.param1))
-                return (accepted, [asked]) if asked is not None else (denied, [])
-            case mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES:
-                return accepted, [_version()]
-            case mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN:
-                if self.body.armed:
-                    return denied, []
-                self.reboot()
-                return accepted, []
-            case _:
-                return mavlink.MAV_RESULT_UNSUPPORTED, []
-
-    def reboot(self) -> None:
-        """Forget everything but parameters, plans and where the vehicle is."""
-        self.body.armed = False
-        self.mode, self.failsafe = Mode.POSCTL, False
-        self._stream.forget()
-        self._offboard_wanted = False
-        self._booted_s = self._now_s
-
-    _booted_s = 0.0
-
-    # Modes and arming.
-
-    @property
-    def ready(self) -> bool:
-        """Whether the pre-arm checks pass."""
-        return self._now_s - self._booted_s >= self.body.config.ready_after_s
-
-    def _arm(self) -> tuple[int, list[Message]]:
-        rejected = mavlink.MAV_RESULT_TEMPORARILY_REJECTED
-        if self.body.armed:
-            return mavlink.MAV_RESULT_ACCEPTED, []
-        if not self.ready:
-            text = "Arming denied: Resolve system health failures first: ekf2 missing data"
-            return rejected, self._say(mavlink.MAV_SEVERITY_CRITICAL, text)
-        if self.mode is Mode.OFFBOARD and not self._streaming():
-            return rejected, self._say(mavlink.MAV_SEVERITY_CRITICAL, "Arming denied: no offboard signal")
-        if self.body.rotor.battery < self.parameters["BAT_CRIT_THR"]:
-            return rejected, self._say(mavlink.MAV_SEVERITY_CRITICAL, "Arming denied: battery critically low")
-        self.body.armed = True
-        self.body.home_ned_m = self.body.rotor.position_ned_m
-        self._armed_s, self._flew, self._landed_s = self._now_s, False, None
-        self._hold_here()
-        fence = self._plan_changed() if self.storage.plans[mavlink.MAV_MISSION_TYPE_FENCE] else []
-        return mavlink.MAV_RESULT_ACCEPTED, [*self._say(mavlink.MAV_SEVERITY_INFO, "Armed by external command"), *fence]
-
-    def _disarm(self, force: bool) -> tuple[int, list[Message]]:
-        if not self.body.armed:
-            return mavlink.MAV_RESULT_ACCEPTED, []
-        if not self.body.rotor.on_ground and not force:
-            text = "Disarming denied: not landed"
-            return mavlink.MAV_RESULT_TEMPORARILY_REJECTED, self._say(mavlink.MAV_SEVERITY_CRITICAL, text)
-        return mavlink.MAV_RESULT_ACCEPTED, self._stop_motors("Disarmed by external command")
-
-    def _stop_motors(self, text: str) -> list[Message]:
-        self.body.armed, self.failsafe = False, False
-        return self._say(mavlink.MAV_SEVERITY_INFO, text)
-
-    def _set_mode(self, main: int, sub: int) -> tuple[int, list[Message]]:
-        mode = next((mode for mode in Mode if mode.value == (main, sub)), None)
-        if mode is None:
-            return mavlink.MAV_RESULT_UNSUPPORTED, []
-        rejected = mavlink.MAV_RESULT_TEMPORARILY_REJECTED
-        if mode is Mode.OFFBOARD and self.body.armed and not self._streaming():
-            return rejected, self._say(
-                mavlink.MAV_SEVERITY_CRITICAL, "Switching to Offboard is currently not available"
-            )
-        if mode is Mode.MISSION and not self.storage.plans[mavlink.MAV_MISSION_TYPE_MISSION]:
-            return rejected, self._say(mavlink.MAV_SEVERITY_CRITICAL, "Switching to Mission is currently not available")
-        return mavlink.MAV_RESULT_ACCEPTED, self._enter(mode)
-
-    def pilot_switches(self, mode: Mode) -> list[Message]:
-        """A pilot's own choice of mode, by transmitter."""
-        return self._enter(mode)
-
-    def _enter(self, mode: Mode) -> list[Message]:
-        """Change mode because somebody asked for it: a loss is over, and so is Offboard's wish to come back."""
-        self._offboard_wanted = mode is Mode.OFFBOARD
-        self.failsafe = False
-        return self._switch(mode)
-
-    def _switch(self, mode: Mode) -> list[Message]:
-        if mode is Mode.MISSION and self.mode is not Mode.MISSION:
-            self._mission.restart(at=self._mission.current)
-        self.mode = mode
-        self._return_leg = 0
-        self._hold_here()
-        return []
-
-    def _hold_here(self) -> None:
-        """Where to stay: where the vehicle comes to a stand from the speed it has."""
-        rotor = self.body.rotor
-        x, y, z = rotor.position_ned_m
-        vx, vy, vz = rotor.velocity_ned_mps
-        stop_s = math.hypot(vx, vy) / (2.0 * guidance.BRAKING_SHARE * rotor.airframe.max_acceleration_mps2)
-        self._held = (x + vx * stop_s, y + vy * stop_s, min(z + 0.3 * vz, rotor.ground_down_m))
-        self._held_yaw_rad = rotor.yaw_rad
-
-    def _streaming(self) -> bool:
-        return self._stream.alive(self._now_s, self.parameters["COM_OF_LOSS_T"])
-
-    # Moving and telling.
+                replies = self.services.receive(message, self._now_s, own)
+                if self._parameters.changes != self._applied:
+                    self._apply_parameters()
+                return replies + self._plans_changed()
 
     def tick(self, now_s: float) -> list[Message]:
         """Move until now, and tell what is due."""
-        self._now_s = now_s
-        told = self._watch() if self.body.armed else []
-        target = self._target() if self.body.armed else None
+        if not self._at(now_s):
+            self.body.advance(now_s, None)
+            return []
+        told = self._commander.watch() if self.body.armed else []
+        target = None
+        if self.body.armed:
+            target = self._navigator.target(self._commander.flown, self._storage.mission, self._stream.target)
         self.body.advance(now_s, target)
-        told += self._landed_or_idle() + self.storage.tick(now_s) + self._mission_progress()
-        for message_id in self._streams.due(now_s):
+        told += self._commander.settle() + self._storage.tick(self._now_s) + self._reached_item()
+        for message_id in self.services.streams.due(self._now_s):
             message = self._message(message_id)
             if message is not None:
                 told.append(message)
         return told
 
-    def streamed_to_s(self) -> float | None:
-        """Vehicle time of the last new setpoint while they are being followed."""
-        following = self.body.armed and self.mode is Mode.OFFBOARD
-        return self._stream.last_new_s if following else None
+    def follows_setpoints(self) -> bool:
+        """Whether the vehicle is flown by setpoints."""
+        return self.body.armed and self._commander.flown is Mode.OFFBOARD
 
-    def _watch(self) -> list[Message]:
-        """Failsafes: stream loss and its end, fence, battery."""
-        told: list[Message] = []
-        streaming = self._streaming()
-        if self.mode is Mode.OFFBOARD and not streaming:
-            self.failsafe = True
-            action = _LOSS_MODES.get(int(self.parameters["COM_OBL_RC_ACT"]), Mode.HOLD)
-            told += self._switch(action)
-            told += self._say(mavlink.MAV_SEVERITY_CRITICAL, "Failsafe activated: no offboard signal")
-        elif self._offboard_wanted and self.failsafe and streaming and self.mode is not Mode.OFFBOARD:
-            # It comes back by itself as soon as setpoints do, unless somebody chose another mode.
-            self.failsafe = False
-            told += self._switch(Mode.OFFBOARD)
-        fence_mode = _FENCE_MODES.get(int(self.parameters["GF_ACTION"]))
-        outside = self._fence.enforced and self._fence.breached(self.body.rotor.position_ned_m)
-        if outside and fence_mode is not None and self.mode not in (fence_mode, Mode.RETURN, Mode.LAND):
-            self._offboard_wanted = False
-            self.failsafe = True
-            told += self._switch(fence_mode)
-            told += self._say(mavlink.MAV_SEVERITY_CRITICAL, "Geofence violation: approaching or outside geofence")
-        return told + self._watch_battery()
+    def reboot(self, now_s: float, outage_s: float, *, recovers_in_air: bool) -> None:
+        """Start anew: parameters and plans stay, everything else is forgotten."""
+        flying = self.body.armed and not self.body.on_ground
+        self.body.armed = False
+        self._storage.forget_transfer()
+        self.services.streams = Streams(RATES_HZ)
+        self._start(now_s + outage_s)
+        if flying and recovers_in_air:
+            self._commander.recover_in_air()
 
-    def _watch_battery(self) -> list[Message]:
-        levels = ("BAT_LOW_THR", "BAT_CRIT_THR", "BAT_EMERGEN_THR")
-        level = sum(self.body.rotor.battery < self.parameters[name] for name in levels)
-        if level <= self._battery_warned:
-            return []
-        self._battery_warned = level
-        action = int(self.parameters["COM_LOW_BAT_ACT"])
-        words = ("Low battery level", "Critical battery level", "Dangerously low battery")[level - 1]
-        told = self._say(mavlink.MAV_SEVERITY_WARNING, words)
-        mode = None
-        if (level == 2 and action in (2, 3)) or (level == 3 and action == 3):
-            mode = Mode.LAND if level == 3 or action == 2 else Mode.RETURN
-        if mode is not None and self.mode is not mode:
-            self._offboard_wanted, self.failsafe = False, True
-            told += self._switch(mode)
-        return told
+    def pilot_switches(self, mode: FlightMode) -> list[Message]:
+        """A pilot takes the transmitter, sticks centred, and chooses a mode."""
+        if mode not in _PILOT_MODES:
+            known = ", ".join(one.value for one in _PILOT_MODES)
+            raise ValueError(f"a pilot cannot switch PX4 to {mode.value}: write {known}")
+        self._navigator.sticks = True
+        return self._commander.change_mode(_PILOT_MODES[mode])[1]
 
-    def _target(self) -> Target | None:
-        body, rotor = self.body, self.body.rotor
-        match self.mode:
-            case Mode.OFFBOARD:
-                return self._stream.target
-            case Mode.HOLD:
-                if rotor.on_ground:
-                    return None
-                return guidance.hold(self._held, self._held_yaw_rad)
-            case Mode.POSCTL | Mode.ALTCTL:
-                # Without a transmitter nobody holds the throttle: it sinks.
-                return None if rotor.on_ground else guidance.descend(self._held, 0.5, self._held_yaw_rad)
-            case Mode.TAKEOFF:
-                if abs(rotor.position_ned_m[2] - self._takeoff_down_m) < TAKEN_OFF_WITHIN_M and not rotor.on_ground:
-                    self._switch(Mode.HOLD)
-                    self._held = (*self._held[:2], self._takeoff_down_m)
-                speed = self.parameters["MPC_TKO_SPEED"]
-                return guidance.climb(self._held, self._takeoff_down_m, speed, self._held_yaw_rad)
-            case Mode.MISSION:
-                return self._mission_target()
-            case Mode.RETURN:
-                return self._return_target()
-            case Mode.LAND:
-                fast = rotor.height_m > FAST_DESCENT_ABOVE_M
-                speed = self.parameters["MPC_Z_V_AUTO_DN" if fast else "MPC_LAND_SPEED"]
-                return None if rotor.on_ground else guidance.descend(self._held, speed, self._held_yaw_rad)
-        raise AssertionError(f"no behaviour for {body} in {self.mode}")
+    def _at(self, now_s: float) -> bool:
+        """Set the clock; whether the autopilot runs."""
+        self._now_s = now_s - self._boot_s
+        self._commander.now_s = self._now_s
+        self._commander.refusal = self.refusal
+        return self._now_s >= 0.0
 
-    def _mission_target(self) -> Target | None:
-        items = self.storage.plans[mavlink.MAV_MISSION_TYPE_MISSION]
-        cruise, radius = self.parameters["MPC_XY_CRUISE"], self.parameters["NAV_ACC_RAD"]
-        target = self._mission.target(items, self.body, self._now_s, cruise, radius)
-        if target is not None:
-            return target
-        match self._mission.ends_with:
+    # Orders.
+
+    def _ordered(self, order: Order) -> list[Message]:
+        system, component = order.target
+        anyone = order.command in _BROADCAST and system == 0
+        if not anyone and (system != self.body.config.system or component not in (0, mavlink.MAV_COMP_ID_AUTOPILOT1)):
+            return [order.ack(mavlink.MAV_RESULT_FAILED)]
+        if order.command == mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE:
+            return [self._autotune(order)]
+        result, more = self.services.carry_out(order, self._now_s, self._message) or self._carry_out(order)
+        return [order.ack(result), *more]
+
+    def _carry_out(self, order: Order) -> Reply:
+        commander = self._commander
+        match order.command:
+            case mavlink.MAV_CMD_COMPONENT_ARM_DISARM:
+                match order.whole(1):
+                    case 1:
+                        return commander.arm()
+                    case 0:
+                        return commander.disarm(force=order.whole(2) == _FORCE)
+                    case _:
+                        return _UNSUPPORTED, commander.critical(f"Unsupported ARM_DISARM param: {order.params[0]:.3f}")
+            case mavlink.MAV_CMD_DO_SET_MODE:
+                custom = order.whole(1) & mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+                mode = mode_from_numbers(order.whole(2), max(0, order.whole(3))) if custom else None
+                return commander.change_mode(mode) if mode is not None else (_REJECTED, [])
+            case mavlink.MAV_CMD_NAV_TAKEOFF:
+                return self._take_off(order)
             case mavlink.MAV_CMD_NAV_LAND:
-                self._enter(Mode.LAND)
+                return commander.change_mode(Mode.LAND, "Landing at current position")
             case mavlink.MAV_CMD_NAV_RETURN_TO_LAUNCH:
-                self._enter(Mode.RETURN)
+                return commander.change_mode(Mode.RETURN, "Returning to launch")
+            case mavlink.MAV_CMD_MISSION_START:
+                return self._start_mission(order)
+            case mavlink.MAV_CMD_DO_REPOSITION:
+                return self._reposition(order)
+            case mavlink.MAV_CMD_DO_CHANGE_SPEED:
+                speed = order.given(2)
+                self._navigator.cruise_mps = speed if speed is not None and speed > 0.0 else None
+                return _ACCEPTED, []
+            case mavlink.MAV_CMD_DO_SET_HOME:
+                return self._set_home(order)
+            case mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN:
+                if self.body.armed:
+                    return _DENIED, []
+                self.reboot(self._boot_s + self._now_s, _REBOOT_S, recovers_in_air=False)
+                return _ACCEPTED, []
             case _:
-                self._enter(Mode.HOLD)
-        return self._target()
+                return _UNSUPPORTED, []
 
-    def _return_target(self) -> Target | None:
-        """Up to the return altitude, over to home, down."""
-        body, rotor = self.body, self.body.rotor
-        top = min(rotor.position_ned_m[2], body.home_ned_m[2] - self.parameters["RTL_RETURN_ALT"])
-        near = body.distance_home_m() < 5.0
-        if self._return_leg == 0:
-            self._held = (*self._held[:2], self._held[2] if near else top)
-            self._return_leg = 2 if near else 1
-        if self._return_leg == 1:
-            if abs(rotor.position_ned_m[2] - self._held[2]) > 1.0:
-                return guidance.climb(self._held, self._held[2], rotor.airframe.max_climb_mps, self._held_yaw_rad)
-            self._return_leg = 2
-            self._held = (*body.home_ned_m[:2], self._held[2])
-        if self._return_leg == 2:
-            home = (*body.home_ned_m[:2], self._held[2])
-            if not guidance.is_at(body, home, 1.0, math.inf):
-                return guidance.go_to(body, home, self.parameters["MPC_XY_CRUISE"])
-            self._return_leg = 3
-            self._held, self._held_yaw_rad = home, rotor.yaw_rad
-        fast = rotor.height_m > FAST_DESCENT_ABOVE_M
-        speed = self.parameters["MPC_Z_V_AUTO_DN" if fast else "MPC_LAND_SPEED"]
-        return None if rotor.on_ground else guidance.descend(self._held, speed, self._held_yaw_rad)
+    def _take_off(self, order: Order) -> Reply:
+        """Altitudes of take-offs are above sea level."""
+        result, texts = self._commander.change_mode(Mode.TAKEOFF)
+        amsl_m = order.given(7)
+        if result == _ACCEPTED and amsl_m is not None:
+            self._navigator.takeoff_down_m = self.body.origin.altitude_amsl_m - amsl_m
+        return result, texts
 
-    def _landed_or_idle(self) -> list[Message]:
-        """Motors stop by themselves some time after landing, or if nothing takes off."""
-        if not self.body.armed:
-            return []
-        if not self.body.rotor.on_ground:
-            self._flew, self._landed_s = True, None
-            return []
-        if not self._flew:
-            idle = self._now_s - self._armed_s > PREFLIGHT_DISARM_S
-            return self._stop_motors("Disarmed by auto preflight disarming") if idle else []
-        if self._landed_s is None:
-            self._landed_s = self._now_s
-        if self._now_s - self._landed_s >= LANDED_DISARM_S:
-            return self._stop_motors("Disarmed by landing")
+    def _start_mission(self, order: Order) -> Reply:
+        if not self._storage.mission:
+            return _DENIED, self._commander.critical("Mission start denied! No valid mission")
+        if not -1 <= order.whole(1) < len(self._storage.mission):
+            return _DENIED, []
+        result, texts = self._commander.change_mode(Mode.MISSION)
+        if result == _ACCEPTED and not self.body.armed:
+            result, more = self._commander.arm()
+            texts += more
+        return result, texts
+
+    def _reposition(self, order: Order) -> Reply:
+        if order.whole(2) != 1:
+            return _UNSUPPORTED, []
+        result, texts = self._commander.change_mode(Mode.HOLD)
+        if result == _ACCEPTED:
+            self._commander.fly(Mode.HOLD)
+            here = self.body.geodetic()
+            latitude, longitude, amsl_m = (order.given(number) for number in (5, 6, 7))
+            if latitude is None or longitude is None:
+                latitude, longitude = here.latitude_deg, here.longitude_deg
+            place = GeodeticPoint(latitude, longitude, here.altitude_amsl_m if amsl_m is None else amsl_m)
+            self._navigator.hold_at(place, order.given(4))
+        return result, texts
+
+    def _set_home(self, order: Order) -> Reply:
+        if order.whole(1) == 1:
+            self.body.set_home()
+            return _ACCEPTED, []
+        latitude, longitude, amsl_m = (order.given(number) for number in (5, 6, 7))
+        if latitude is None or longitude is None or amsl_m is None:
+            return _DENIED, []
+        self.body.home_ned_m = self.body.local_ned(GeodeticPoint(latitude, longitude, amsl_m))
+        return _ACCEPTED, []
+
+    def _autotune(self, order: Order) -> Message:
+        """A command that takes its time: IN_PROGRESS with a share, asked again and again until it is done."""
+        if self._autotune_s is None:
+            self._autotune_s = self._now_s
+        share = (self._now_s - self._autotune_s) / _AUTOTUNE_S
+        if share < 1.0:
+            return order.ack(mavlink.MAV_RESULT_IN_PROGRESS, int(100.0 * share))
+        self._autotune_s = None
+        return order.ack(_ACCEPTED, 100)
+
+    def _setpoint(self, message: Message) -> list[Message]:
+        refused = self._stream.receive(message, self.body, self._now_s)
+        if isinstance(refused, Refused) and self._now_s - self._complained_s >= 1.0:
+            self._complained_s = self._now_s
+            return self._commander.critical(refused.reason)
         return []
 
-    def _mission_progress(self) -> list[Message]:
-        reached = self._mission.reached
-        if self.mode is not Mode.MISSION or reached is None or self._now_s - self._reached_told_s < REACHED_REPEAT_S:
+    def _set_current(self, seq: int) -> list[Message]:
+        if seq >= len(self._storage.mission):
+            return self._commander.critical("WPM: WP CURR CMD: Not in list")
+        self._navigator.mission.restart(at=seq)
+        self._reached = None
+        return []
+
+    # Telling.
+
+    def _reached_item(self) -> list[Message]:
+        """MISSION_ITEM_REACHED, at once and then each second ten times more."""
+        reached = self._navigator.mission.reached
+        if reached is None:
             return []
+        if self._reached is None or self._reached[0] != reached:
+            self._reached = (reached, 0)
+        elif self._reached[1] >= _REACHED_REPEATS or self._now_s - self._reached_told_s < 1.0:
+            return []
+        else:
+            self._reached = (reached, self._reached[1] + 1)
         self._reached_told_s = self._now_s
         return [mavlink.MAVLink_mission_item_reached_message(reached)]
 
-    def _plan_changed(self) -> list[Message]:
-        changed, self.storage.accepted = self.storage.accepted, None
-        fence = self.storage.plans[mavlink.MAV_MISSION_TYPE_FENCE]
-        if changed == mavlink.MAV_MISSION_TYPE_MISSION:
-            self._mission.restart(at=0)
-        if (changed == mavlink.MAV_MISSION_TYPE_FENCE or changed is None) and not self._fence.load(fence, self.body):
-            return self._say(mavlink.MAV_SEVERITY_CRITICAL, "Geofence invalid: does not contain home, not enforced")
-        return []
+    def _plans_changed(self) -> list[Message]:
+        told = []
+        for kind in self._storage.changed():
+            if kind == mavlink.MAV_MISSION_TYPE_MISSION:
+                # Also in flight: the new one begins at once.
+                self._navigator.mission.restart()
+                self._reached = None
+            elif kind == mavlink.MAV_MISSION_TYPE_FENCE:
+                told += self._commander.load_fence()
+        return told
 
     def _landed_state(self) -> int:
-        if self.body.rotor.on_ground:
+        flown = self._commander.flown
+        if self.body.on_ground:
             return mavlink.MAV_LANDED_STATE_ON_GROUND
-        if self.mode is Mode.TAKEOFF:
+        if flown is Mode.TAKEOFF:
             return mavlink.MAV_LANDED_STATE_TAKEOFF
-        landing = self.mode is Mode.LAND or (self.mode is Mode.RETURN and self._return_leg == 3)
-        return mavlink.MAV_LANDED_STATE_LANDING if landing else mavlink.MAV_LANDED_STATE_IN_AIR
+        down = flown in (Mode.LAND, Mode.DESCEND)
+        down = down or (flown in (Mode.RETURN, Mode.MISSION) and self._navigator.landing)
+        return mavlink.MAV_LANDED_STATE_LANDING if down else mavlink.MAV_LANDED_STATE_IN_AIR
 
     def _message(self, message_id: int) -> Message | None:
         match message_id:
             case mavlink.MAVLINK_MSG_ID_HEARTBEAT:
                 return self._heartbeat()
             case mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION:
-                return _version()
+                return version(CAPABILITIES, RELEASE, self.body.config.system)
             case mavlink.MAVLINK_MSG_ID_MISSION_CURRENT:
-                total = len(self.storage.plans[mavlink.MAV_MISSION_TYPE_MISSION])
-                return mavlink.MAVLink_mission_current_message(self._mission.current, total)
-            case mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED:
-                target = self._stream.target if self.mode is Mode.OFFBOARD else None
-                if target is None:
-                    return None
-                x, y, z = (0.0 if value is None else value for value in target.position_ned_m)
-                return mavlink.MAVLink_position_target_local_ned_message(
-                    int(self._now_s * 1e3), mavlink.MAV_FRAME_LOCAL_NED, 0, x, y, z, *target.velocity_ned_mps,
-                    *target.acceleration_ned_mps2, target.yaw_rad or 0.0, 0.0,
-                )  # fmt: skip
+                total = len(self._storage.mission)
+                return mavlink.MAVLink_mission_current_message(self._navigator.mission.current, total)
             case _:
-                return body_message(message_id, self.body, self._now_s, self.ready, self._landed_state())
+                target = self._stream.target if self.follows_setpoints() else None
+                ready = self._commander.fault() is None
+                return body_message(message_id, self.body, Standing(self._now_s, ready, self._landed_state(), target))
 
     def _heartbeat(self) -> Message:
-        if self.failsafe:
-            status = mavlink.MAV_STATE_CRITICAL
-        elif self.body.armed:
-            status = mavlink.MAV_STATE_ACTIVE
+        flown = self._commander.flown
+        if self.body.armed:
+            status = mavlink.MAV_STATE_CRITICAL if self._commander.in_failsafe else mavlink.MAV_STATE_ACTIVE
         else:
-            status = mavlink.MAV_STATE_STANDBY if self.ready else mavlink.MAV_STATE_UNINIT
-        base = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+            status = mavlink.MAV_STATE_STANDBY if self._commander.fault() is None else mavlink.MAV_STATE_UNINIT
+        base = mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED | mavlink.MAV_MODE_FLAG_STABILIZE_ENABLED
+        if flown.follows_sticks:
+            base |= mavlink.MAV_MODE_FLAG_MANUAL_INPUT_ENABLED
+        else:
+            base |= mavlink.MAV_MODE_FLAG_AUTO_ENABLED | mavlink.MAV_MODE_FLAG_GUIDED_ENABLED
         if self.body.armed:
             base |= mavlink.MAV_MODE_FLAG_SAFETY_ARMED
         return mavlink.MAVLink_heartbeat_message(
-            mavlink.MAV_TYPE_QUADROTOR, mavlink.MAV_AUTOPILOT_PX4, base, self.mode.custom_mode, status, 3
+            mavlink.MAV_TYPE_QUADROTOR, mavlink.MAV_AUTOPILOT_PX4, base, flown.custom_mode, status, 3
         )
 
-    def _say(self, severity: int, text: str) -> list[Message]:
-        self._text_id = self._text_id % 65535 + 1
-        return status_texts(severity, text, self._text_id)
-
-    @staticmethod
-    def _ack(message: Message, result: int) -> Message:
-        peer = (message.get_srcSystem(), message.get_srcComponent())
-        return mavlink.MAVLink_command_ack_message(message.command, result, 255, 0, *peer)
-
-    def _airframe(self, airframe: Airframe) -> Airframe:
-        """The airframe within what the autopilot's parameters allow."""
-        return dataclasses.replace(
-            airframe,
-            max_speed_mps=min(airframe.max_speed_mps, self.parameters["MPC_XY_VEL_MAX"]),
-            max_climb_mps=min(airframe.max_climb_mps, self.parameters["MPC_Z_VEL_MAX_UP"]),
-            max_descent_mps=min(airframe.max_descent_mps, self.parameters["MPC_Z_VEL_MAX_DN"]),
+    def _apply_parameters(self) -> None:
+        """The limits as the parameters say now."""
+        self._applied = self._parameters.changes
+        self.body.rotor.limits = SpeedLimits(
+            horizontal_mps=max(0.1, self._parameters["MPC_XY_VEL_MAX"]),
+            climb_mps=max(0.1, self._parameters["MPC_Z_VEL_MAX_UP"]),
+            descent_mps=max(0.1, self._parameters["MPC_Z_VEL_MAX_DN"]),
         )
-
-
-def _version() -> Message:
-    capabilities = (
-        mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_INT
-        | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
-        | mavlink.MAV_PROTOCOL_CAPABILITY_PARAM_ENCODE_BYTEWISE
-        | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
-        | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
-        | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_GLOBAL_INT
-        | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
-        | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_RALLY
-        | mavlink.MAV_PROTOCOL_CAPABILITY_FTP
-    )
-    release = 1 << 24 | 15 << 16 | 2 << 8 | 255
-    return mavlink.MAVLink_autopilot_version_message(capabilities, release, 0, 0, 0, [0] * 8, [0] * 8, [0] * 8, 0, 0, 1)
-
-
-def _ftp_refusal(message: Message) -> Message:
-    """NAK (128) with the opcode asked for and FileNotFound, as a vehicle without those files answers."""
-    payload = bytes(message.payload)
-    sequence = (int.from_bytes(payload[:2], "little") + 1) & 0xFFFF
-    reply = sequence.to_bytes(2, "little") + bytes([payload[2], 128, 1, payload[3], 0, 0, 0, 0, 0, 0, 10])
-    peer = (message.get_srcSystem(), message.get_srcComponent())
-    return mavlink.MAVLink_file_transfer_protocol_message(0, *peer, reply.ljust(251, b"\0"))

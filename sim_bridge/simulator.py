@@ -9,7 +9,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
-import select
+import math
+import selectors
 import socket
 import subprocess
 import sys
@@ -18,16 +19,16 @@ from collections.abc import Callable, Sequence
 
 from sim_bridge.autopilot import VehicleAutopilot
 from sim_bridge.body import VehicleConfig
-from sim_bridge.channel import Channel, Quality
-from sim_bridge.codec import Codec
 from sim_bridge.link_autopilot import Autopilot
 from sim_bridge.px4 import Px4
 from sim_bridge.state import GeodeticPoint
+from sim_bridge.station import Station
 
 TICK_S = 0.01
 LEAD_S = 0.2
 STREAM_ENDED_S = 1.0
 LONGEST_CATCH_UP_S = 0.2
+TICKS_BETWEEN_HEARING = 20
 IDLE_S = 0.002
 
 
@@ -45,111 +46,102 @@ def make_autopilot(kind: Autopilot, config: VehicleConfig) -> VehicleAutopilot:
 
 
 @dataclasses.dataclass
-class _Station:
-    """One vehicle with its socket."""
+class _Plug:
+    """A station with its socket."""
 
-    autopilot: VehicleAutopilot
-    codec: Codec
+    station: Station
     socket: socket.socket
     client: tuple[str, int]
-    inward: Channel
-    outward: Channel
+    news_wall_s: float = -math.inf
 
 
 class Simulator:
     """Vehicles, their sockets and the clock they share.
 
     Args:
-        kind: Which autopilot.
-        configs: One a vehicle.
+        stations: The vehicles.
         port: The first vehicle sends to this port of this machine, the next to the next.
         speed: Vehicle seconds a wall second.
-        quality: Of the lines.
+
+    Raises:
+        ValueError: A speed that is not positive.
     """
 
-    def __init__(
-        self,
-        kind: Autopilot,
-        configs: Sequence[VehicleConfig],
-        port: int,
-        speed: float = 1.0,
-        quality: Quality | None = None,
-    ) -> None:
-        if not speed > 0.0:
-            raise ValueError(f"speed must be positive, got {speed}")
+    def __init__(self, stations: Sequence[Station], port: int, speed: float = 1.0) -> None:
+        if not 0.0 < speed < math.inf:
+            raise ValueError(f"speed must be positive and finite, got {speed}")
         self._speed = speed
         self._now_s = 0.0
-        self._stations = []
-        line = quality or Quality()
-        for index, config in enumerate(configs):
+        self._plugs: list[_Plug] = []
+        self._selector = selectors.DefaultSelector()
+        for index, station in enumerate(stations):
             own = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
-            own.bind(("127.0.0.1", 0))
             own.setblocking(False)
-            self._stations.append(
-                _Station(
-                    autopilot=make_autopilot(kind, config),
-                    codec=Codec(config.system),
-                    socket=own,
-                    client=("127.0.0.1", port + index),
-                    inward=Channel(line, 2 * config.seed),
-                    outward=Channel(line, 2 * config.seed + 1),
-                )
-            )
+            own.bind(("127.0.0.1", 0))
+            plug = _Plug(station, own, ("127.0.0.1", port + index))
+            self._plugs.append(plug)
+            self._selector.register(own, selectors.EVENT_READ, plug)
 
     def run(self, stop: Callable[[], bool]) -> None:
         """Fly until told to stop."""
         last_wall_s = time.monotonic()
-        news_wall_s = last_wall_s
-        newest: list[float | None] = []
+        due_s = self._now_s
         while not stop():
-            self._hear()
+            self._hear(0.0 if due_s - self._now_s > TICK_S else IDLE_S)
             wall_s = time.monotonic()
-            latest = [station.autopilot.streamed_to_s() for station in self._stations]
-            if latest != newest:
-                newest, news_wall_s = latest, wall_s
-            wanted_s = self._now_s + min((wall_s - last_wall_s) * self._speed, LONGEST_CATCH_UP_S)
+            due_s += (wall_s - last_wall_s) * self._speed
             last_wall_s = wall_s
-            followed = [at_s for at_s in latest if at_s is not None]
-            if followed and self._speed > 1.0 and wall_s - news_wall_s < STREAM_ENDED_S:
-                wanted_s = min(wanted_s, min(followed) + LEAD_S)
-            while self._now_s + TICK_S <= wanted_s:
+            # What the wall's clock ran further than this is not made up for.
+            due_s = min(due_s, self._allowed_s(wall_s), self._now_s + LONGEST_CATCH_UP_S * self._speed)
+            for _ in range(TICKS_BETWEEN_HEARING):
+                if self._now_s + TICK_S > due_s:
+                    break
                 self._now_s += TICK_S
-                for station in self._stations:
-                    self._tell(station, station.autopilot.tick(self._now_s))
-            if wanted_s > self._now_s:
-                # What is less than a tick is kept for the next round.
-                last_wall_s -= (wanted_s - self._now_s) / self._speed
+                for plug in self._plugs:
+                    self._tell(plug, plug.station.advance(self._now_s))
 
     def close(self) -> None:
         """Let go of the sockets."""
-        for station in self._stations:
-            station.socket.close()
+        self._selector.close()
+        for plug in self._plugs:
+            plug.socket.close()
 
-    def _hear(self) -> None:
-        sockets = [station.socket for station in self._stations]
-        ready, _, _ = select.select(sockets, [], [], IDLE_S)
-        wall_s = time.monotonic()
-        for station in self._stations:
-            while station.socket in ready:
+    def _allowed_s(self, wall_s: float) -> float:
+        """How far the clock may run: a moment ahead of the setpoints of every vehicle that is still sent new ones."""
+        if self._speed <= 1.0:
+            return math.inf
+        return min(
+            (
+                plug.station.news_s + LEAD_S
+                for plug in self._plugs
+                if plug.station.news_s is not None
+                and wall_s - plug.news_wall_s < STREAM_ENDED_S
+                and plug.station.autopilot.follows_setpoints()
+            ),
+            default=math.inf,
+        )
+
+    def _hear(self, wait_s: float) -> None:
+        for key, _ in self._selector.select(wait_s):
+            plug: _Plug = key.data
+            while True:
                 try:
-                    data, _ = station.socket.recvfrom(65536)
+                    data, sender = plug.socket.recvfrom(65536)
                 except BlockingIOError:
                     break
                 except ConnectionRefusedError:
                     # Nobody listened to what was sent earlier; they may yet.
                     continue
-                station.inward.put(data, wall_s)
-            for data in station.inward.arrived(wall_s):
-                for message in station.codec.decode(data):
-                    self._tell(station, station.autopilot.receive(message, self._now_s))
+                if sender[0] != plug.client[0]:
+                    continue
+                if plug.station.put(data, self._now_s):
+                    plug.news_wall_s = time.monotonic()
 
-    def _tell(self, station: _Station, messages: Sequence[object]) -> None:
-        wall_s = time.monotonic()
-        for message in messages:
-            station.outward.put(station.codec.encode(message), wall_s)
-        for data in station.outward.arrived(wall_s):
+    @staticmethod
+    def _tell(plug: _Plug, datagrams: Sequence[bytes]) -> None:
+        for data in datagrams:
             try:
-                station.socket.sendto(data, station.client)
+                plug.socket.sendto(data, plug.client)
             except (BlockingIOError, ConnectionRefusedError):
                 continue
 

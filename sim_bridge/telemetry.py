@@ -2,15 +2,19 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
+from collections.abc import Mapping
 
 from sim_bridge.body import Body
 from sim_bridge.codec import Message, mavlink
+from sim_bridge.kinematics import GRAVITY_MPS2, STILL, Target
 
 CELLS = 4
 FULL_CELL_V = 4.2
 EMPTY_CELL_V = 3.5
-SENSORS = (
+_NO_CELL_MV = 65535
+_SENSORS = (
     mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO
     | mavlink.MAV_SYS_STATUS_SENSOR_3D_ACCEL
     | mavlink.MAV_SYS_STATUS_SENSOR_3D_MAG
@@ -19,7 +23,10 @@ SENSORS = (
     | mavlink.MAV_SYS_STATUS_SENSOR_BATTERY
     | mavlink.MAV_SYS_STATUS_AHRS
 )
-READY = mavlink.MAV_SYS_STATUS_PREARM_CHECK
+_READY = mavlink.MAV_SYS_STATUS_PREARM_CHECK
+# Attitude, both velocities, horizontal position relative and absolute, vertical position absolute.
+_ESTIMATOR_GOOD = 1 | 2 | 4 | 8 | 16 | 32
+_ESTIMATOR_LOST = 1 | 4 | 32
 
 
 class Streams:
@@ -29,23 +36,26 @@ class Streams:
         rates_hz: Message id to times a second.
     """
 
-    def __init__(self, rates_hz: dict[int, float]) -> None:
+    def __init__(self, rates_hz: Mapping[int, float]) -> None:
         self._interval_s = {message: 1.0 / rate for message, rate in rates_hz.items() if rate > 0.0}
         self._due_s = dict.fromkeys(self._interval_s, 0.0)
+        self.silent: set[int] = set()
+        """Messages that do not come out though they should."""
 
     def set_interval(self, message_id: int, interval_us: float, default_hz: float, now_s: float) -> None:
-        """MAV_CMD_SET_MESSAGE_INTERVAL: −1 stops, 0 is the default, else microseconds."""
-        if interval_us < 0.0:
+        """MAV_CMD_SET_MESSAGE_INTERVAL: −1 stops, 0 is the default rate, else microseconds."""
+        interval_s = 1e-6 * interval_us if interval_us > 0.0 else 1.0 / default_hz if default_hz > 0.0 else 0.0
+        if interval_us < 0.0 or interval_s <= 0.0:
             self._interval_s.pop(message_id, None)
             self._due_s.pop(message_id, None)
             return
-        self._interval_s[message_id] = 1e-6 * interval_us if interval_us > 0.0 else 1.0 / max(default_hz, 0.1)
+        self._interval_s[message_id] = interval_s
         self._due_s[message_id] = now_s
 
-    def interval_us(self, message_id: int) -> float:
+    def interval_us(self, message_id: int) -> int:
         """How often a message comes; −1: not at all."""
         interval_s = self._interval_s.get(message_id)
-        return -1.0 if interval_s is None else 1e6 * interval_s
+        return -1 if interval_s is None else min(2**31 - 1, round(1e6 * interval_s))
 
     def due(self, now_s: float) -> list[int]:
         """Messages to send now."""
@@ -54,96 +64,174 @@ class Streams:
             if now_s >= due_s:
                 interval_s = self._interval_s[message_id]
                 self._due_s[message_id] = due_s + interval_s if now_s - due_s < interval_s else now_s + interval_s
-                found.append(message_id)
+                if message_id not in self.silent:
+                    found.append(message_id)
         return found
 
 
-def body_message(message_id: int, body: Body, now_s: float, ready: bool, landed_state: int) -> Message | None:
+@dataclasses.dataclass(frozen=True)
+class Standing:
+    """What the autopilot adds to the body's messages.
+
+    Attributes:
+        boot_s: Time since boot.
+        ready: Whether it can be armed.
+        landed_state: MAV_LANDED_STATE.
+        target: What it steers for; None: nothing.
+    """
+
+    boot_s: float
+    ready: bool
+    landed_state: int
+    target: Target | None
+
+
+def body_message(message_id: int, body: Body, standing: Standing) -> Message | None:
     """A message about the body; None: not one of these."""
-    rotor = body.rotor
-    boot_ms = int(now_s * 1e3)
-    x, y, z = rotor.position_ned_m
-    vx, vy, vz = rotor.velocity_ned_mps
-    match message_id:
-        case mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED:
-            return mavlink.MAVLink_local_position_ned_message(boot_ms, x, y, z, vx, vy, vz)
-        case mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT:
-            here = body.geodetic()
-            heading = round(math.degrees(rotor.yaw_rad) % 360.0 * 100.0) % 36000
-            return mavlink.MAVLink_global_position_int_message(
-                boot_ms, _e7(here.latitude_deg), _e7(here.longitude_deg), round(here.altitude_amsl_m * 1e3),
-                round((body.home_ned_m[2] - z) * 1e3), _cm(vx), _cm(vy), _cm(vz), heading,
-            )  # fmt: skip
-        case mavlink.MAVLINK_MSG_ID_ATTITUDE:
-            # Tilt as the acceleration asks for it, in the heading's frame.
-            ax, ay, _ = rotor.acceleration_ned_mps2
-            forward = ax * math.cos(rotor.yaw_rad) + ay * math.sin(rotor.yaw_rad)
-            right = -ax * math.sin(rotor.yaw_rad) + ay * math.cos(rotor.yaw_rad)
-            roll, pitch = math.atan2(right, 9.81), -math.atan2(forward, 9.81)
-            return mavlink.MAVLink_attitude_message(boot_ms, roll, pitch, rotor.yaw_rad, 0.0, 0.0, 0.0)
-        case mavlink.MAVLINK_MSG_ID_SYS_STATUS:
-            health = SENSORS | (READY if ready else 0)
-            voltage, percent = _battery(rotor.battery)
-            return mavlink.MAVLink_sys_status_message(
-                SENSORS | READY, SENSORS | READY, health, 200, round(voltage * 1e3), 1500, percent,
-                0, 0, 0, 0, 0, 0,
-            )  # fmt: skip
-        case mavlink.MAVLINK_MSG_ID_BATTERY_STATUS:
-            voltage, percent = _battery(rotor.battery)
-            cells = [round(voltage / CELLS * 1e3)] * CELLS + [65535] * (10 - CELLS)
-            return mavlink.MAVLink_battery_status_message(0, 1, 3, 32767, cells, 1500, -1, -1, percent)
-        case mavlink.MAVLINK_MSG_ID_HOME_POSITION:
-            home = body.geodetic(body.home_ned_m)
-            return mavlink.MAVLink_home_position_message(
-                _e7(home.latitude_deg), _e7(home.longitude_deg), round(home.altitude_amsl_m * 1e3),
-                *body.home_ned_m, [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0,
-            )  # fmt: skip
-        case mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN:
-            origin = body.origin
-            return mavlink.MAVLink_gps_global_origin_message(
-                _e7(origin.latitude_deg), _e7(origin.longitude_deg), round(origin.altitude_amsl_m * 1e3)
-            )
-        case mavlink.MAVLINK_MSG_ID_GPS_RAW_INT:
-            here = body.geodetic()
-            speed = round(math.hypot(vx, vy) * 100.0)
-            return mavlink.MAVLink_gps_raw_int_message(
-                int(now_s * 1e6), mavlink.GPS_FIX_TYPE_3D_FIX, _e7(here.latitude_deg), _e7(here.longitude_deg),
-                round(here.altitude_amsl_m * 1e3), 80, 120, min(speed, 65535), 0, 14,
-            )  # fmt: skip
-        case mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE:
-            return mavlink.MAVLink_extended_sys_state_message(mavlink.MAV_VTOL_STATE_UNDEFINED, landed_state)
-        case mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS:
-            good = 0x1F | 0x20 | 0x100
-            return mavlink.MAVLink_estimator_status_message(
-                int(now_s * 1e6), good, 0.1, 0.1, 0.1, 0.1, 0.0, 0.0, 0.4, 0.6
-            )
-        case mavlink.MAVLINK_MSG_ID_SYSTEM_TIME:
-            return mavlink.MAVLink_system_time_message(0, boot_ms)
-        case mavlink.MAVLINK_MSG_ID_VFR_HUD:
-            speed = math.hypot(vx, vy)
-            heading = int(math.degrees(rotor.yaw_rad)) % 360
-            return mavlink.MAVLink_vfr_hud_message(speed, speed, heading, 40, body.geodetic().altitude_amsl_m, -vz)
-        case _:
-            return None
+    maker = _MAKERS.get(message_id)
+    return None if maker is None else maker(body, standing)
 
 
-def status_texts(severity: int, text: str, text_id: int) -> list[Message]:
-    """A line of text, in chunks of fifty bytes where it is longer."""
-    data = text.encode()
-    if len(data) < 50:
-        return [mavlink.MAVLink_statustext_message(severity, data)]
-    chunks = [data[start : start + 50] for start in range(0, len(data), 50)]
-    if len(chunks[-1]) == 50:
-        chunks.append(b"")
-    return [mavlink.MAVLink_statustext_message(severity, chunk, text_id, number) for number, chunk in enumerate(chunks)]
+def _local_position(body: Body, standing: Standing) -> Message:
+    return mavlink.MAVLink_local_position_ned_message(_ms(standing), *body.position_ned_m, *body.rotor.velocity_ned_mps)
 
 
-def _battery(charge: float) -> tuple[float, int]:
-    return CELLS * (EMPTY_CELL_V + (FULL_CELL_V - EMPTY_CELL_V) * charge), int(100.0 * charge)
+def _global_position(body: Body, standing: Standing) -> Message:
+    here = body.geodetic()
+    vx, vy, vz = body.rotor.velocity_ned_mps
+    heading = round(math.degrees(body.rotor.yaw_rad) % 360.0 * 100.0) % 36000
+    return mavlink.MAVLink_global_position_int_message(
+        _ms(standing), _e7(here.latitude_deg), _e7(here.longitude_deg), _mm(here.altitude_amsl_m),
+        _mm(here.altitude_amsl_m - body.home_amsl_m), _cm(vx), _cm(vy), _cm(vz), heading,
+    )  # fmt: skip
+
+
+def _attitude(body: Body, standing: Standing) -> Message:
+    """Tilted as the acceleration needs it."""
+    ax, ay, _ = body.rotor.acceleration_ned_mps2
+    yaw = body.rotor.yaw_rad
+    forward = ax * math.cos(yaw) + ay * math.sin(yaw)
+    right = -ax * math.sin(yaw) + ay * math.cos(yaw)
+    roll, pitch = math.atan2(right, GRAVITY_MPS2), -math.atan2(forward, GRAVITY_MPS2)
+    return mavlink.MAVLink_attitude_message(_ms(standing), roll, pitch, yaw, 0.0, 0.0, 0.0)
+
+
+def _system_status(body: Body, standing: Standing) -> Message:
+    health = _SENSORS | (_READY if standing.ready else 0)
+    if not body.estimator.has_gps:
+        health &= ~mavlink.MAV_SYS_STATUS_SENSOR_GPS
+    return mavlink.MAVLink_sys_status_message(
+        _SENSORS | _READY, _SENSORS | _READY, health, 200, round(1e3 * _volts(body)), 1500, _percent(body),
+        0, 0, 0, 0, 0, 0,
+    )  # fmt: skip
+
+
+def _battery_status(body: Body, standing: Standing) -> Message:
+    del standing
+    cells = [round(1e3 * _volts(body) / CELLS)] * CELLS + [_NO_CELL_MV] * (10 - CELLS)
+    return mavlink.MAVLink_battery_status_message(0, 1, 3, 32767, cells, 1500, -1, -1, _percent(body))
+
+
+def _home_position(body: Body, standing: Standing) -> Message:
+    del standing
+    home = body.geodetic(body.home_ned_m)
+    return mavlink.MAVLink_home_position_message(
+        _e7(home.latitude_deg), _e7(home.longitude_deg), _mm(home.altitude_amsl_m),
+        *body.home_ned_m, [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0,
+    )  # fmt: skip
+
+
+def _global_origin(body: Body, standing: Standing) -> Message:
+    del standing
+    origin = body.origin
+    return mavlink.MAVLink_gps_global_origin_message(
+        _e7(origin.latitude_deg), _e7(origin.longitude_deg), _mm(origin.altitude_amsl_m)
+    )
+
+
+def _gps_raw(body: Body, standing: Standing) -> Message:
+    here = body.geodetic()
+    fix, satellites = (mavlink.GPS_FIX_TYPE_3D_FIX, 14) if body.estimator.has_gps else (mavlink.GPS_FIX_TYPE_NO_FIX, 0)
+    speed = min(65535, round(100.0 * math.hypot(*body.rotor.velocity_ned_mps[:2])))
+    return mavlink.MAVLink_gps_raw_int_message(
+        int(standing.boot_s * 1e6), fix, _e7(here.latitude_deg), _e7(here.longitude_deg), _mm(here.altitude_amsl_m),
+        80, 120, speed, 0, satellites,
+    )  # fmt: skip
+
+
+def _extended_state(body: Body, standing: Standing) -> Message:
+    del body
+    return mavlink.MAVLink_extended_sys_state_message(mavlink.MAV_VTOL_STATE_UNDEFINED, standing.landed_state)
+
+
+def _estimator_status(body: Body, standing: Standing) -> Message:
+    flags = _ESTIMATOR_GOOD if body.position_valid else _ESTIMATOR_LOST
+    return mavlink.MAVLink_estimator_status_message(
+        int(standing.boot_s * 1e6), flags, 0.1, 0.1, 0.1, 0.1, 0.0, 0.0, 0.4, 0.6
+    )
+
+
+def _system_time(body: Body, standing: Standing) -> Message:
+    del body
+    return mavlink.MAVLink_system_time_message(0, _ms(standing))
+
+
+def _hud(body: Body, standing: Standing) -> Message:
+    del standing
+    vx, vy, vz = body.rotor.velocity_ned_mps
+    speed, heading = math.hypot(vx, vy), int(math.degrees(body.rotor.yaw_rad)) % 360
+    throttle = 40 if body.armed and not body.on_ground else 0
+    return mavlink.MAVLink_vfr_hud_message(speed, speed, heading, throttle, body.geodetic().altitude_amsl_m, -vz)
+
+
+def _position_target(body: Body, standing: Standing) -> Message | None:
+    del body
+    target = standing.target
+    if target is None:
+        return None
+    mask = sum(1 << axis for axis, value in enumerate(target.position_ned_m) if value is None)
+    x, y, z = (0.0 if value is None else value for value in target.position_ned_m)
+    return mavlink.MAVLink_position_target_local_ned_message(
+        _ms(standing), mavlink.MAV_FRAME_LOCAL_NED, mask, x, y, z, *(target.velocity_ned_mps or STILL),
+        *target.acceleration_ned_mps2, target.yaw_rad or 0.0, 0.0,
+    )  # fmt: skip
+
+
+_MAKERS = {
+    mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: _local_position,
+    mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT: _global_position,
+    mavlink.MAVLINK_MSG_ID_ATTITUDE: _attitude,
+    mavlink.MAVLINK_MSG_ID_SYS_STATUS: _system_status,
+    mavlink.MAVLINK_MSG_ID_BATTERY_STATUS: _battery_status,
+    mavlink.MAVLINK_MSG_ID_HOME_POSITION: _home_position,
+    mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN: _global_origin,
+    mavlink.MAVLINK_MSG_ID_GPS_RAW_INT: _gps_raw,
+    mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: _extended_state,
+    mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS: _estimator_status,
+    mavlink.MAVLINK_MSG_ID_SYSTEM_TIME: _system_time,
+    mavlink.MAVLINK_MSG_ID_VFR_HUD: _hud,
+    mavlink.MAVLINK_MSG_ID_POSITION_TARGET_LOCAL_NED: _position_target,
+}
+
+
+def _volts(body: Body) -> float:
+    return CELLS * (EMPTY_CELL_V + (FULL_CELL_V - EMPTY_CELL_V) * body.rotor.battery)
+
+
+def _percent(body: Body) -> int:
+    return int(100.0 * body.rotor.battery)
+
+
+def _ms(standing: Standing) -> int:
+    return int(1e3 * standing.boot_s + 0.5) & 0xFFFFFFFF
 
 
 def _e7(degrees: float) -> int:
-    return round(degrees * 1e7)
+    return max(-(2**31), min(2**31 - 1, round(degrees * 1e7)))
+
+
+def _mm(metres: float) -> int:
+    return max(-(2**31), min(2**31 - 1, round(metres * 1e3)))
 
 
 def _cm(speed_mps: float) -> int:
