@@ -52,7 +52,7 @@ def test_disarmed_without_a_stream_the_mode_is_accepted_and_arming_is_rejected()
     gs = station()
     assert gs.px4_mode(OFFBOARD) == ACCEPTED
     assert gs.arm() == TEMPORARILY_REJECTED
-    assert "offboard" in gs.said.lower()
+    assert "Arming denied" in gs.said
 
 
 def test_in_flight_without_a_stream_the_mode_is_temporarily_rejected():
@@ -83,21 +83,22 @@ def test_two_setpoints_a_second_keep_offboard():
 
 def test_below_two_a_second_the_mode_flaps():
     gs = in_offboard()
-    gs.command(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAVLINK_MSG_ID_HEARTBEAT, 100_000.0)
-    gs.forget()
-    gs.wait(15.0, each_s=1.5, do=lambda: gs.setpoint(HIGH))
-    modes = [heartbeat.custom_mode >> 16 & 0xFF for heartbeat in gs.all("HEARTBEAT")]
+    modes = []
+    for _ in range(10):
+        gs.setpoint(HIGH)
+        for _ in range(15):
+            gs.wait(0.1)
+            modes.append(gs.look())
     changes = sum(before != after for before, after in itertools.pairwise(modes))
     assert changes >= 8
 
 
 def test_a_second_after_the_last_setpoint_it_sinks_to_the_ground_in_position_mode():
     gs = in_offboard()
-    gs.command(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAVLINK_MSG_ID_HEARTBEAT, 50_000.0)
     gs.wait(0.9)
-    assert gs.custom_mode == OFFBOARD
-    gs.wait(0.3)
-    assert gs.custom_mode == POSCTL
+    assert gs.look() == OFFBOARD
+    gs.wait(0.2)
+    assert gs.look() == POSCTL
     assert gs.status == mavlink.MAV_STATE_CRITICAL
     assert "ffboard" in gs.said or "failsafe" in gs.said.lower()
     height = -gs.position[2]
@@ -120,11 +121,10 @@ def test_with_com_obl_rc_act_5_it_holds():
 
 def test_com_of_loss_t_says_how_long_a_gap_may_be():
     gs = in_offboard([("COM_OF_LOSS_T", 3.0), ("COM_OBL_RC_ACT", 5)])
-    gs.command(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAVLINK_MSG_ID_HEARTBEAT, 50_000.0)
-    gs.wait(2.8)
-    assert gs.custom_mode == OFFBOARD
-    gs.wait(0.5)
-    assert gs.custom_mode == HOLD
+    gs.wait(2.9)
+    assert gs.look() == OFFBOARD
+    gs.wait(0.2)
+    assert gs.look() == HOLD
 
 
 @pytest.mark.parametrize("action", [0, 5])
@@ -188,6 +188,13 @@ def test_a_velocity_is_clipped_to_the_parameters():
     assert gs.velocity[2] == pytest.approx(-3.0, abs=0.3)
     gs.wait(12.0, do=lambda: gs.setpoint(velocity=(0.0, 0.0, 9.0), mask=VELOCITY_ONLY))
     assert gs.velocity[2] == pytest.approx(1.5, abs=0.2)
+
+
+def test_a_parameter_changed_in_flight_changes_the_limit():
+    gs = in_offboard()
+    gs.send(mavlink.MAVLink_param_set_message(1, 1, b"MPC_XY_VEL_MAX", 6.0, mavlink.MAV_PARAM_TYPE_REAL32))
+    gs.wait(12.0, do=lambda: gs.setpoint(velocity=(40.0, 0.0, 0.0), mask=VELOCITY_ONLY))
+    assert gs.velocity[0] == pytest.approx(6.0, abs=0.4)
 
 
 def test_a_velocity_step_accelerates_at_about_five():
@@ -290,7 +297,7 @@ def test_on_the_circle_of_real_flights_positions_alone_lag_by_metres_and_velocit
 def test_a_fast_smooth_curve_with_feed_forward_is_followed_within_decimetres(speed_mps):
     # A setpoint is held until the next: 25 ms on average, which is 0.28 m at 11 m/s, and cannot be tracked away.
     error = tracking_error_m(in_offboard(), circle(speed_mps**2 / 2.5, speed_mps), 45.0, POSITION_VELOCITY_ACCELERATION)
-    assert error < 0.1 + 0.025 * speed_mps
+    assert error < 0.2 + 0.025 * speed_mps
 
 
 def test_wind_is_learnt_and_barely_moves_the_flight():
@@ -301,29 +308,15 @@ def test_wind_is_learnt_and_barely_moves_the_flight():
     assert tracking_error_m(gs, circle(25.0, 8.0), 45.0, POSITION_VELOCITY_ACCELERATION) < 0.5
 
 
-def test_a_repeated_setpoint_keeps_the_stream_but_is_no_news():
-    # A client library repeats the last setpoint, stamp and all, while its program thinks: lock-step must wait for it.
-    gs = in_offboard()
-    stamped = mavlink.MAVLink_set_position_target_local_ned_message(
-        int(gs.now_s * 1e3), 1, 1, mavlink.MAV_FRAME_LOCAL_NED, POSITION_ONLY, *HIGH, 0, 0, 0, 0, 0, 0, 0, 0
-    )
-    gs.send(stamped)
-    news_s = gs.vehicle.streamed_to_s()
-    assert news_s == pytest.approx(gs.now_s)
-    gs.wait(5.0, do=lambda: gs.send(stamped))
-    assert gs.custom_mode == OFFBOARD
-    assert gs.vehicle.streamed_to_s() == news_s
-    gs.setpoint(HIGH)
-    assert gs.vehicle.streamed_to_s() == pytest.approx(gs.now_s)
-
-
-def test_the_clock_waits_for_nobody_unless_setpoints_are_followed():
+def test_it_is_flown_by_setpoints_in_offboard_only():
     gs = station()
-    assert gs.vehicle.streamed_to_s() is None
+    assert not gs.vehicle.follows_setpoints()
     gs.take_off()
     gs.wait(1.0, do=lambda: gs.setpoint(HIGH))
-    assert gs.vehicle.streamed_to_s() is None
+    assert not gs.vehicle.follows_setpoints()
     gs.px4_mode(OFFBOARD)
-    assert gs.vehicle.streamed_to_s() is not None
+    gs.wait(0.2, do=lambda: gs.setpoint(HIGH))
+    assert gs.vehicle.follows_setpoints()
     gs.px4_mode(HOLD)
-    assert gs.vehicle.streamed_to_s() is None
+    gs.wait(0.2, do=lambda: gs.setpoint(HIGH))
+    assert not gs.vehicle.follows_setpoints()

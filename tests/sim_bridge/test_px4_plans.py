@@ -93,7 +93,7 @@ def test_a_lost_item_is_asked_for_every_quarter_second_for_five_seconds_then_a_t
     gs.send(mavlink.MAVLink_mission_count_message(1, 1, 2, MISSIONS))
     gs.forget()
     gs.wait(8.0)
-    asked = gs.times("MISSION_REQUEST")
+    asked = sorted(gs.times("MISSION_REQUEST") + gs.times("MISSION_REQUEST_INT"))
     assert 17 <= len(asked) <= 20
     assert asked[1] - asked[0] == pytest.approx(0.26, abs=0.021)
     assert "Operation timeout" in gs.said
@@ -110,6 +110,25 @@ def test_a_lost_item_that_comes_after_all_goes_on_with_the_upload():
     gs.wait(3.0)
     (ack,) = gs.send(item(1))
     assert ack.type == mavlink.MAV_MISSION_ACCEPTED
+
+
+def test_a_client_that_refuses_mission_request_as_mavsdk_does_is_asked_the_other_way_at_once():
+    gs = station()
+    (first,) = gs.send(mavlink.MAVLink_mission_count_message(1, 1, 1, MISSIONS))
+    assert first.get_type() == "MISSION_REQUEST"
+    (again,) = gs.send(mavlink.MAVLink_mission_ack_message(1, 1, mavlink.MAV_MISSION_UNSUPPORTED, MISSIONS))
+    assert (again.get_type(), again.seq) == ("MISSION_REQUEST_INT", 0)
+    (ack,) = gs.send(item(0))
+    assert ack.type == mavlink.MAV_MISSION_ACCEPTED
+
+
+def test_a_client_can_cancel_its_upload():
+    gs = station()
+    gs.send(mavlink.MAVLink_mission_count_message(1, 1, 2, MISSIONS))
+    gs.send(mavlink.MAVLink_mission_ack_message(1, 1, mavlink.MAV_MISSION_OPERATION_CANCELLED, MISSIONS))
+    gs.forget()
+    gs.wait(6.0)
+    assert not [kind for kind in ("MISSION_REQUEST", "MISSION_REQUEST_INT", "STATUSTEXT") if gs.all(kind)]
 
 
 @pytest.mark.parametrize(
@@ -157,6 +176,27 @@ def flying_mission(gs: GroundStation, items) -> None:
     assert gs.px4_mode(MISSION) == ACCEPTED
     gs.wait(1.1)
     assert gs.custom_mode == MISSION
+
+
+def test_a_mission_is_flown_item_after_item_and_reached_is_repeated_each_second():
+    gs = station(parameters=(("NAV_ACC_RAD", 2.0),))
+    corners = [(40.0, 0.0), (40.0, 40.0), (0.0, 0.0)]
+    items = [item(seq, north_m=north, east_m=east) for seq, (north, east) in enumerate(corners)]
+    flying_mission(gs, items)
+    nearest = [math.inf] * len(corners)
+    home = gs.last("HOME_POSITION")
+
+    def watch() -> None:
+        north, east, _ = gs.position
+        for index, (to_north, to_east) in enumerate(corners):
+            nearest[index] = min(nearest[index], math.hypot(north - home.x - to_north, east - home.y - to_east))
+
+    gs.wait(90.0, each_s=0.1, do=watch)
+    assert max(nearest) < 2.5
+    reached = [message.seq for message in gs.all("MISSION_ITEM_REACHED")]
+    assert list(dict.fromkeys(reached)) == [0, 1, 2]
+    assert len(reached) > len(set(reached))
+    assert gs.custom_mode in (HOLD, MISSION)
 
 
 def test_a_new_mission_uploaded_in_flight_starts_at_item_0_at_once():

@@ -1,0 +1,163 @@
+"""The built-in vehicle in a process of its own, flown over UDP by mavsdk, a client we did not write."""
+
+import math
+import signal
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+
+import pytest
+from mavsdk import Configuration, Mavsdk, log_subscribe
+from mavsdk.plugins.action import Action, ActionError
+from mavsdk.plugins.geofence import FenceType, Geofence, GeofenceData, Point, Polygon
+from mavsdk.plugins.mission_raw import MissionItem, MissionRaw
+from mavsdk.plugins.offboard import AccelerationNed, Offboard, PositionNedYaw, VelocityNedYaw
+from mavsdk.plugins.param import Param
+from mavsdk.plugins.telemetry import FlightMode, LandedState, Telemetry
+
+from sim_bridge.simulator import Spawned, spawn
+from sim_bridge.state import GeodeticPoint
+
+GROUND = GeodeticPoint(47.3977, 8.5456, 488.0)
+SPEED = 5.0
+
+
+class Client:
+    """mavsdk and its plugins, connected to one vehicle."""
+
+    def __init__(self, address: str) -> None:
+        log_subscribe(lambda *_: True)
+        self._sdk = Mavsdk(Configuration.create_manual(245, 190, True))
+        self._sdk.add_any_connection("udpin://" + address.removeprefix("udp://"))
+        system = self._sdk.first_autopilot(15.0)
+        assert system is not None, "no heartbeat"
+        self.action, self.telemetry, self.offboard = Action(system), Telemetry(system), Offboard(system)
+        self.param, self.missions, self.fence = Param(system), MissionRaw(system), Geofence(system)
+
+    def wait_for(self, what: Callable[[], bool], wall_s: float = 20.0) -> None:
+        """Poll until something is so."""
+        until_s = time.monotonic() + wall_s
+        while not what():
+            assert time.monotonic() < until_s, "it did not come about in time"
+            time.sleep(0.02)
+
+    def height_m(self) -> float:
+        """Above home."""
+        return self.telemetry.position().relative_altitude_m
+
+    def close(self) -> None:
+        self._sdk.destroy()
+
+
+@pytest.fixture
+def simulator() -> Iterator[Spawned]:
+    spawned = spawn(GROUND, speed=SPEED, parameters=[("COM_OBL_RC_ACT", 5)])
+    yield spawned
+    spawned.stop()
+
+
+@pytest.fixture
+def client(simulator: Spawned) -> Iterator[Client]:
+    found = Client(simulator.address)
+    yield found
+    found.close()
+
+
+def test_mavsdk_arms_takes_off_flies_a_circle_in_offboard_and_lands(client: Client):
+    client.wait_for(lambda: client.telemetry.health().is_armable)
+    client.action.set_takeoff_altitude(12.0)
+    client.action.arm()
+    client.action.takeoff()
+    client.wait_for(lambda: client.telemetry.flight_mode() is FlightMode.HOLD and client.height_m() > 11.0)
+
+    start = client.telemetry.position_velocity_ned().position
+    radius_m, rate = 10.0, 0.4
+
+    def stream(vehicle_s: float) -> tuple[float, float]:
+        angle = rate * vehicle_s
+        c, s = math.cos(angle), math.sin(angle)
+        north, east = start.north_m + radius_m * (c - 1.0), start.east_m + radius_m * s
+        client.offboard.set_position_velocity_acceleration_ned(
+            PositionNedYaw(north, east, start.down_m, 0.0),
+            VelocityNedYaw(-radius_m * rate * s, radius_m * rate * c, 0.0, 0.0),
+            AccelerationNed(-radius_m * rate**2 * c, -radius_m * rate**2 * s, 0.0),
+        )
+        return north, east
+
+    stream(0.0)
+    client.offboard.start()
+    client.wait_for(lambda: client.telemetry.flight_mode() is FlightMode.OFFBOARD)
+    begun_s = time.monotonic()
+    offsets_m = []
+    while (vehicle_s := SPEED * (time.monotonic() - begun_s)) < 2.0 * math.pi / rate:
+        stream(vehicle_s)
+        if vehicle_s > 4.0:
+            here = client.telemetry.position_velocity_ned().position
+            on_circle_m = math.hypot(here.north_m - start.north_m + radius_m, here.east_m - start.east_m)
+            offsets_m.append(abs(on_circle_m - radius_m))
+        time.sleep(0.05 / SPEED)
+    assert client.telemetry.flight_mode() is FlightMode.OFFBOARD
+    assert sum(offsets_m) / len(offsets_m) < 0.5
+
+    client.action.land()
+    client.wait_for(lambda: not client.telemetry.armed(), wall_s=40.0)
+    assert client.telemetry.landed_state() is LandedState.ON_GROUND
+
+
+def test_mavsdk_reads_parameters_and_gets_missions_and_fences_back(client: Client):
+    assert client.param.get_param_float("MPC_XY_VEL_MAX") == pytest.approx(12.0)
+    client.param.set_param_int("COM_OBL_RC_ACT", 4)
+    assert client.param.get_param_int("COM_OBL_RC_ACT") == 4
+
+    latitude_e7, longitude_e7 = round(GROUND.latitude_deg * 1e7), round(GROUND.longitude_deg * 1e7)
+    items = [
+        MissionItem(
+            seq, 6, 16, int(seq == 0), 1, 0.0, 2.0, 0.0, math.nan, latitude_e7 + 1000 * seq, longitude_e7, 20.0, 0
+        )
+        for seq in range(5)
+    ]
+    client.missions.upload_mission(items)
+    back = client.missions.download_mission()
+    assert [(item.seq, item.command, item.x, item.y, item.z) for item in back] == [
+        (item.seq, item.command, item.x, item.y, item.z) for item in items
+    ]
+    around = [
+        Point(GROUND.latitude_deg + a, GROUND.longitude_deg + b) for a, b in ((1e-3, 0), (-1e-3, 1e-3), (-1e-3, -1e-3))
+    ]
+    client.fence.upload_geofence(GeofenceData([Polygon(around, FenceType.INCLUSION)], []))
+
+
+def test_mavsdk_is_told_that_a_vehicle_that_is_not_ready_cannot_be_armed():
+    spawned = spawn(GROUND, ready_after_s=600.0)
+    client = Client(spawned.address)
+    try:
+        with pytest.raises(ActionError):
+            client.action.arm()
+        assert not client.telemetry.armed()
+    finally:
+        client.close()
+        spawned.stop()
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
+def test_the_simulator_ends_cleanly_when_told_to(number):
+    spawned = spawn(GROUND)
+    spawned.process.send_signal(number)
+    assert spawned.process.wait(10.0) == 0
+    spawned.stop()
+
+
+def test_a_bad_option_is_refused_with_what_to_write():
+    for options, hint in (
+        (["--origin", "somewhere"], "47.3977"),
+        (["--autopilot", "betaflight"], "px4"),
+        (["--param", "NO_SUCH=1"], "NO_SUCH"),
+        (["--speed", "0"], "positive"),
+    ):
+        ended = subprocess.run(
+            [sys.executable, "-m", "sim_bridge", *options], capture_output=True, text=True, timeout=60, check=False
+        )
+        assert ended.returncode == 2
+        assert hint in ended.stderr
+        assert "Traceback" not in ended.stderr
