@@ -264,8 +264,12 @@ class Course:
         """Where the course comes to a standstill."""
         return vector(self.motion_at(self.stop_s()).position_m)
 
-    def continued(self, trajectory: Trajectory) -> Course:
+    def continued(self, trajectory: Trajectory, now_s: float) -> Course:
         """The course that leaves its last curve for another at that one's start.
+
+        Args:
+            trajectory: The other curve.
+            now_s: Flight clock.
 
         Raises:
             ValueError: The curves do not meet there in position, velocity and acceleration.
@@ -282,11 +286,13 @@ class Course:
                 f"the new curve does not continue the old one at {switch_s:.2f} s: gaps of {gaps[0]:.4f} m, "
                 f"{gaps[1]:.4f} m/s, {gaps[2]:.4f} m/s²; it needs the motion the old curve has there"
             )
-        before = tuple(leg for leg in self.legs if leg.trajectory.start_s < switch_s)
+        here_s = self.pace.at(now_s)[0]
+        before = [leg for leg in self.legs if leg.trajectory.start_s < switch_s]
+        # Legs that are over go; the one being flown stays, and so does what is still to come before the switch.
+        first = sum(leg.trajectory.start_s <= here_s for leg in before)
         yaw = self.leg_at(switch_s).heading.at(switch_s)
         leg = Leg(trajectory, heading_along(trajectory, yaw, self.max_yaw_rate_radps))
-        # Two legs are all that is ever flown: the current one and the one that follows it.
-        return dataclasses.replace(self, legs=(*before[-2:], leg))
+        return dataclasses.replace(self, legs=(*before[max(first - 1, 0) :], leg))
 
 
 def vector(point: Float[np.ndarray, "3"]) -> Vector:

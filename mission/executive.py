@@ -337,7 +337,7 @@ class Executive:
             self._fire(Trigger.UNBLOCKED, now_s)
         elif self.phase is Phase.FOLLOWING and self.course.at(now_s).curve_s < trajectory.start_s:
             self.exploration = trajectory
-            self.course = self.course.continued(trajectory)
+            self.course = self.course.continued(trajectory, now_s)
             self._blocked_s = None
             self._actions.append(Stream(self.course))
         else:

@@ -16,9 +16,11 @@ from jaxtyping import Float
 from mission.course import CoursePoint
 from sim_bridge.state import Vector, VehicleState
 
-# A way home is rarely the straight line, and wind is rarely from behind.
-_DETOUR = 1.3
-_LANDING_SPEED_MPS = 0.7
+# A way home is not always the straight line, and wind is rarely from behind; what goes beyond is the reserve's.
+_DETOUR = 1.15
+# Near the ground both autopilots sink slowly (MPC_LAND_ALT1 10 m at MPC_LAND_SPEED 0.7 m/s; Copter 10 m at 0.5).
+_LANDING_HEIGHT_M = 10.0
+_LANDING_SPEED_MPS = 0.6
 _LEAST_OBSERVATION_S = 60.0
 _LEAST_DROP = 0.03
 
@@ -61,7 +63,9 @@ class Energy:
         across_s = math.hypot(position_m[0] - home_m[0], position_m[1] - home_m[1]) / self.cruise_mps
         rise_m = home_m[2] + cruise_height_m - position_m[2]
         level_s = rise_m / self.climb_mps if rise_m > 0.0 else -rise_m / self.descent_mps
-        return _DETOUR * (across_s + level_s) + cruise_height_m / min(_LANDING_SPEED_MPS, self.descent_mps)
+        slow_m = min(cruise_height_m, _LANDING_HEIGHT_M)
+        sink_s = (cruise_height_m - slow_m) / self.descent_mps + slow_m / min(_LANDING_SPEED_MPS, self.descent_mps)
+        return _DETOUR * (across_s + level_s) + sink_s
 
     def needed_fraction(self, way_home_s: float, fraction_per_s: float) -> float:
         """Charge that must be left to fly home and land with the reserve."""

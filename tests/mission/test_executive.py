@@ -513,6 +513,21 @@ def test_a_new_course_is_taken_at_its_start_without_a_jump():
     assert min(np.linalg.norm(np.subtract(p, [40.0, 20.0, 12.0])) for p in reached) < 1e-6
 
 
+def test_new_courses_may_follow_each_other_before_the_first_has_begun():
+    flight = Flight().exploring()
+    old = flight.executive.exploration
+    course = flight.executive.course
+    assert course is not None
+    here_s = course.at(flight.now_s).curve_s
+    for ahead_s in (4.0, 6.0, 8.0, 10.0):
+        knot = int((here_s + ahead_s - old.start_s) / old.knot_interval_s)
+        start_s = old.start_s + knot * old.knot_interval_s
+        flight.tell(NewCourse(Trajectory(old.control_points_m[knot:], old.knot_interval_s, start_s)))
+    flight.run()
+    assert flight.phase is Phase.LANDED
+    assert largest_jump_mps(flight) <= LIMITS.max_speed_mps * 1.01
+
+
 def test_a_new_course_that_comes_too_late_is_dropped():
     flight = Flight().exploring()
     old = flight.executive.exploration
