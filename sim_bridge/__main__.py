@@ -5,6 +5,9 @@ from __future__ import annotations
 import json
 import signal
 import sys
+import time
+from collections.abc import Sequence
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -17,6 +20,7 @@ from sim_bridge.link_autopilot import Autopilot
 from sim_bridge.simulator import Simulator, make_autopilot
 from sim_bridge.state import GeodeticPoint
 from sim_bridge.station import Station
+from sim_bridge.telemetry_log import TelemetryLog
 
 SPACING_M = 5.0
 
@@ -44,6 +48,17 @@ def _parameter(text: str) -> tuple[str, float]:
         raise typer.BadParameter(f'got "{text}", write NAME=NUMBER', param_hint="--param") from None
 
 
+def _logs(folder: Path | None, systems: Sequence[int]) -> list[TelemetryLog]:
+    """A log a vehicle; none where no folder is given."""
+    if folder is None:
+        return []
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        return [TelemetryLog(folder / f"vehicle-{system}.tlog", time.time()) for system in systems]
+    except OSError as error:
+        raise typer.BadParameter(f"cannot be written: {error}", param_hint="--record") from error
+
+
 @app.command()
 def run(
     autopilot: Annotated[str, typer.Option(help="Personality: px4.")] = "px4",
@@ -63,6 +78,9 @@ def run(
     ] = None,
     param: Annotated[list[str] | None, typer.Option(help="Change a parameter: NAME=VALUE; repeatable.")] = None,
     seed: Annotated[int, typer.Option(help="Of everything random.")] = 0,
+    record: Annotated[
+        Path | None, typer.Option(help="Keep everything heard and sent in this folder: vehicle-1.tlog, …")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Say what runs as one JSON object.")] = False,
 ) -> None:
     """Fly kinematic vehicles that speak MAVLink 2 over UDP on this machine, until interrupted."""
@@ -87,7 +105,12 @@ def run(
     ]
     try:
         quality = Quality(loss=loss, delay_s=delay, jitter_s=jitter)
-        stations = [Station(make_autopilot(kind, config), quality, config.seed) for config in configs]
+        logs = _logs(record, [config.system for config in configs])
+        writers = [log.write for log in logs] or [None] * vehicles
+        stations = [
+            Station(make_autopilot(kind, config), quality, config.seed, writer)
+            for config, writer in zip(configs, writers, strict=True)
+        ]
         simulator = Simulator(stations, port, speed)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
@@ -104,6 +127,8 @@ def run(
         simulator.run(lambda: bool(stopped))
     finally:
         simulator.close()
+        for log in logs:
+            log.close()
 
 
 def main() -> None:

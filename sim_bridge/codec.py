@@ -37,12 +37,19 @@ class Codec:
         return [message for message in found if message.get_msgId() >= 0]
 
 
-def frames_in(data: bytes) -> Iterator[tuple[int, bytes]]:
-    """Message id and payload of each MAVLink 2 frame in a datagram, unchecked and undecoded."""
+def frames(data: bytes) -> Iterator[bytes]:
+    """Each whole MAVLink 2 frame in a datagram, unchecked and undecoded."""
     at = 0
     while at + _HEADER_BYTES <= len(data) and data[at] == mavlink.PROTOCOL_MARKER_V2:
-        length = data[at + 1]
-        payload = data[at + _HEADER_BYTES : at + _HEADER_BYTES + length]
-        yield int.from_bytes(data[at + 7 : at + 10], "little"), payload
         signed = data[at + 2] & mavlink.MAVLINK_IFLAG_SIGNED
-        at += _HEADER_BYTES + length + _CHECKSUM_BYTES + (_SIGNATURE_BYTES if signed else 0)
+        end = at + _HEADER_BYTES + data[at + 1] + _CHECKSUM_BYTES + (_SIGNATURE_BYTES if signed else 0)
+        if end > len(data):
+            return
+        yield data[at:end]
+        at = end
+
+
+def frames_in(data: bytes) -> Iterator[tuple[int, bytes]]:
+    """Message id and payload of each MAVLink 2 frame in a datagram, unchecked and undecoded."""
+    for frame in frames(data):
+        yield int.from_bytes(frame[7:_HEADER_BYTES], "little"), frame[_HEADER_BYTES : _HEADER_BYTES + frame[1]]
