@@ -9,7 +9,7 @@ demo: $(VENV)/.installed
 	$(BIN)/mission fly examples/search.toml --speed 10 --out runs/demo-$$(date +%Y%m%d-%H%M%S)
 
 test: check
-	$(BIN)/python -m pytest -m "not slow and not sitl"
+	$(BIN)/python -m pytest -n auto --dist loadfile -m "not slow and not sitl"
 
 test-slow: $(VENV)/.installed-dev
 	$(BIN)/python -m pytest -m "slow"
