@@ -6,6 +6,7 @@ a second, whoever should watch the flight is stuck: it brakes along the course b
 
 from __future__ import annotations
 
+import math
 import threading
 import time
 from collections.abc import Callable
@@ -44,6 +45,7 @@ class Streamer:
         self._course: Course | None = None
         self._renewed_s = time.monotonic()
         self._stalled: Course | None = None
+        self._sent_s = -math.inf
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="setpoints", daemon=True)
         self._thread.start()
@@ -89,6 +91,11 @@ class Streamer:
         now_s = self._clock.now(host_s) + 0.5 * self._period_s
         if host_s - self._renewed_s > STALE_S and self._stalled is None:
             self._course = self._stalled = self._course.braking(now_s)
+        if now_s - self._sent_s < 0.5 * self._period_s:
+            # The clock waits for a simulator whose words have not come through yet; were it told to go on where it is,
+            # it would run ahead of the course.
+            return
+        self._sent_s = now_s
         point = self._course.at(now_s)
         setpoint = point.setpoint()
         self._send(setpoint)
