@@ -12,10 +12,11 @@ from typing import Annotated
 
 import typer
 
+from sim_bridge.airframes import AirframeKind, airframe
 from sim_bridge.body import VehicleConfig
 from sim_bridge.channel import Quality
 from sim_bridge.frames import geodetic_from_enu
-from sim_bridge.kinematics import Airframe, Wind
+from sim_bridge.kinematics import Wind
 from sim_bridge.link_autopilot import Autopilot
 from sim_bridge.simulator import Simulator, make_autopilot
 from sim_bridge.state import GeodeticPoint
@@ -73,6 +74,10 @@ def run(
     jitter: Annotated[float, typer.Option(min=0.0, help="Spread of that delay to either side, s.")] = 0.0,
     battery: Annotated[float, typer.Option(min=0.0, max=1.0, help="Charge at the start.")] = 1.0,
     endurance: Annotated[float, typer.Option(min=1.0, help="Time a full battery hovers, s.")] = 1200.0,
+    airframe_kind: Annotated[
+        AirframeKind, typer.Option("--airframe", help="What the vehicle is built like.")
+    ] = AirframeKind.QUADROTOR,
+    wander: Annotated[float, typer.Option(min=0.0, help="How far the position estimate wanders, m.")] = 0.8,
     ready_after: Annotated[
         float | None, typer.Option(min=0.0, help="From boot until it can be armed, s; default: as the real one.")
     ] = None,
@@ -94,11 +99,12 @@ def run(
         VehicleConfig(
             ground=geodetic_from_enu((SPACING_M * index, 0.0, 0.0), ground) if index else ground,
             system=1 + index,
-            airframe=Airframe(endurance_s=endurance),
+            airframe=airframe(airframe_kind, endurance),
             wind=Wind((north, east, 0.0), gust),
             parameters=tuple(_parameter(text) for text in param or ()),
             ready_after_s=ready_after,
             battery=battery,
+            wander_m=wander,
             seed=seed + index,
         )
         for index in range(vehicles)

@@ -17,6 +17,7 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 
+from sim_bridge.airframes import AirframeKind
 from sim_bridge.autopilot import VehicleAutopilot
 from sim_bridge.body import VehicleConfig
 from sim_bridge.link_autopilot import Autopilot
@@ -179,6 +180,8 @@ def spawn(
     ready_after_s: float = 3.0,
     seed: int = 0,
     autopilot: Autopilot = Autopilot.PX4,
+    kind: AirframeKind = AirframeKind.QUADROTOR,
+    wander_m: float = 0.8,
     arguments: Sequence[str] = (),
 ) -> Spawned:
     """Start `sim-bridge` for one vehicle on a free port and wait until it runs.
@@ -191,6 +194,8 @@ def spawn(
         ready_after_s: From boot until it can be armed.
         seed: Of everything random.
         autopilot: Which personality.
+        kind: What it is built like.
+        wander_m: How far its position estimate wanders from the truth.
         arguments: Further options of `sim-bridge`.
 
     Raises:
@@ -203,7 +208,7 @@ def spawn(
     command = [
         sys.executable, "-m", "sim_bridge", "--json", "--port", str(port), "--speed", str(speed), "--origin", place,
         "--endurance", str(endurance_s), "--ready-after", str(ready_after_s), "--seed", str(seed),
-        "--autopilot", autopilot.name.lower(),
+        "--autopilot", autopilot.name.lower(), "--airframe", kind.value, "--wander", str(wander_m),
     ]  # fmt: skip
     for name, value in parameters:
         command += ["--param", f"{name}={value:g}"]

@@ -5,6 +5,7 @@ import math
 
 import pytest
 
+from sim_bridge.airframes import AirframeKind, airframe
 from sim_bridge.kinematics import GRAVITY_MPS2, Airframe, Multirotor, Target, Wind
 
 DT_S = 0.01
@@ -131,3 +132,30 @@ def test_a_smaller_step_flies_the_same_curve():
     coarse, medium = math.dist(end(0.01), fine), math.dist(end(0.005), fine)
     assert coarse < 0.2
     assert medium < 0.6 * coarse
+
+
+def test_a_crazyflie_follows_in_a_room_at_its_limits_without_running_past_them():
+    # A level figure of eight at up to 1 m/s and 2 m/s², a new setpoint each twentieth of a second.
+    rotor = Multirotor(airframe(AirframeKind.CRAZYFLIE, 420.0), Wind())
+    rotor.position_ned_m = (0.0, 0.0, -1.0)
+    rate, a, b = 2.2, 0.32, 0.16
+
+    def curve(time_s: float):
+        s1, c1, s2, c2 = (f(k * rate * time_s) for k in (1.0, 2.0) for f in (math.sin, math.cos))
+        place = (a * s1, b * s2, -1.0)
+        velocity = (a * rate * c1, 2.0 * b * rate * c2, 0.0)
+        return place, velocity, (-a * rate**2 * s1, -4.0 * b * rate**2 * s2, 0.0)
+
+    fastest = max(math.hypot(*curve(0.01 * tick)[1]) for tick in range(1000))
+    speeds, errors = [], []
+    for tick in range(1000):
+        if tick % 5 == 0:
+            place, velocity, acceleration = curve(0.01 * tick + 0.025)
+            target = Target(place, velocity, acceleration, 0.0)
+        rotor.fly(target, DT_S)
+        if tick > 200:
+            speeds.append(math.hypot(*rotor.velocity_ned_mps))
+            errors.append(math.dist(rotor.position_ned_m, curve(0.01 * (tick + 1))[0]))
+    assert fastest == pytest.approx(1.0, abs=0.01)
+    assert max(speeds) < 1.05 * fastest
+    assert max(errors) < 0.05
