@@ -292,8 +292,10 @@ def _vehicle(mission: Mission, settings: FlightSettings, watcher: Watcher, clock
     with contextlib.ExitStack() as stack:
         address = settings.link
         if address == _SIM:
+            from sim_bridge.airframes import AirframeKind
             from sim_bridge.simulator import spawn
 
+            small = mission.vehicle.preset == "crazyflie"
             simulator = spawn(
                 geodetic_from_enu(mission.home_enu_m, mission.site.origin.point()),
                 speed=settings.speed,
@@ -301,6 +303,9 @@ def _vehicle(mission: Mission, settings: FlightSettings, watcher: Watcher, clock
                 parameters=(("COM_OBL_RC_ACT", 5.0),),
                 endurance_s=mission.vehicle.endurance_s,
                 autopilot=Autopilot[mission.vehicle.autopilot.upper()],
+                kind=AirframeKind.CRAZYFLIE if small else AirframeKind.QUADROTOR,
+                # Indoors a vehicle knows its place to centimetres, under GPS to the better part of a metre.
+                wander_m=0.02 if small else 0.8,
             )
             stack.callback(simulator.stop)
             address = simulator.address
