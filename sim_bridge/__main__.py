@@ -1,4 +1,4 @@
-"""`sim-bridge`: kinematic vehicles that speak MAVLink as PX4 does."""
+"""`sim-bridge`: kinematic vehicles that speak MAVLink as PX4 or ArduPilot do."""
 
 from __future__ import annotations
 
@@ -62,7 +62,7 @@ def _logs(folder: Path | None, systems: Sequence[int]) -> list[TelemetryLog]:
 
 @app.command()
 def run(
-    autopilot: Annotated[str, typer.Option(help="Personality: px4.")] = "px4",
+    autopilot: Annotated[str, typer.Option(help="Personality: px4 or ardupilot.")] = "px4",
     port: Annotated[int, typer.Option(help="UDP port of the client; vehicle i sends to PORT + i.")] = 14540,
     speed: Annotated[float, typer.Option(help="Vehicle seconds a wall second, in lock-step with the setpoints.")] = 1.0,
     vehicles: Annotated[int, typer.Option(min=1, max=100, help="How many; system ids 1, 2, …")] = 1,
@@ -91,7 +91,7 @@ def run(
     """Fly kinematic vehicles that speak MAVLink 2 over UDP on this machine, until interrupted."""
     kind = {"px4": Autopilot.PX4, "ardupilot": Autopilot.ARDUPILOT}.get(autopilot)
     if kind is None:
-        raise typer.BadParameter(f'got "{autopilot}", write px4', param_hint="--autopilot")
+        raise typer.BadParameter(f'got "{autopilot}", write px4 or ardupilot', param_hint="--autopilot")
     latitude, longitude, altitude = _numbers(origin, 3, "--origin", "47.3977,8.5456,488.0")
     east, north = _numbers(wind, 2, "--wind", "3,-1.5")
     ground = GeodeticPoint(latitude, longitude, altitude)

@@ -28,12 +28,14 @@ class Order:
         params: p1 … p7; NaN: not given. Of COMMAND_INT p5 and p6 are degrees.
         peer: Who gave it.
         target: Whom it is meant for.
+        frame: MAV_FRAME of p5 … p7.
     """
 
     command: int
     params: tuple[float, float, float, float, float, float, float]
     peer: Peer
     target: Peer
+    frame: int
 
     @classmethod
     def from_message(cls, message: Message) -> Order | None:
@@ -49,7 +51,9 @@ class Order:
                 return None
         params = (message.param1, message.param2, message.param3, message.param4, p5, p6, p7)
         peer = (message.get_srcSystem(), message.get_srcComponent())
-        return cls(message.command, params, peer, (message.target_system, message.target_component))
+        target = (message.target_system, message.target_component)
+        frame = getattr(message, "frame", mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT)
+        return cls(message.command, params, peer, target, frame)
 
     def whole(self, number: int) -> int:
         """Parameter p1 … p7 as a whole number; −1 where it is none."""

@@ -18,6 +18,7 @@ import time
 from collections.abc import Callable, Sequence
 
 from sim_bridge.airframes import AirframeKind
+from sim_bridge.ardupilot import ArduCopter
 from sim_bridge.autopilot import VehicleAutopilot
 from sim_bridge.body import VehicleConfig
 from sim_bridge.link_autopilot import Autopilot
@@ -37,13 +38,13 @@ def make_autopilot(kind: Autopilot, config: VehicleConfig) -> VehicleAutopilot:
     """A vehicle of a kind.
 
     Raises:
-        ValueError: A kind that is not built in, or a parameter that it does not have.
+        ValueError: A parameter that it does not have.
     """
     match kind:
         case Autopilot.PX4:
             return Px4(config)
         case Autopilot.ARDUPILOT:
-            raise ValueError("the built-in vehicle speaks as PX4 only: write --autopilot px4")
+            return ArduCopter(config)
 
 
 @dataclasses.dataclass

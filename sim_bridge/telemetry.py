@@ -92,6 +92,11 @@ def body_message(message_id: int, body: Body, standing: Standing) -> Message | N
     return None if maker is None else maker(body, standing)
 
 
+def cell_volts(charge: float) -> float:
+    """Voltage of a cell at a charge of 0 … 1."""
+    return EMPTY_CELL_V + (FULL_CELL_V - EMPTY_CELL_V) * charge
+
+
 def _local_position(body: Body, standing: Standing) -> Message:
     return mavlink.MAVLink_local_position_ned_message(_ms(standing), *body.position_ned_m, *body.rotor.velocity_ned_mps)
 
@@ -215,7 +220,7 @@ _MAKERS = {
 
 
 def _volts(body: Body) -> float:
-    return CELLS * (EMPTY_CELL_V + (FULL_CELL_V - EMPTY_CELL_V) * body.rotor.battery)
+    return CELLS * cell_volts(body.rotor.battery)
 
 
 def _percent(body: Body) -> int:
