@@ -53,6 +53,10 @@ PENALTY_YARD = 0.01
 REPULSION = 0.3
 """Of the most repelled candidate, against a score of one."""
 
+# Of the cube of controls, in one step: a receding horizon has few steps before each control, and starts from an answer.
+LONGEST_STEP = 0.2
+SHORTEST_STEP = 0.002
+
 SMALLEST_METRIC = 1e-7
 
 
@@ -105,7 +109,7 @@ class ControlTask(eqx.Module):
         obstacles: ObstacleField,
         keep_out_m: float = 0.0,
         control_s: float = 0.1,
-        inverse_temperature: float = 10.0,
+        inverse_temperature: float = 100.0,
         kernel: Kernel = Kernel.RBF,
         iterations: int = 20,
         transport: Transport = Transport.OWN_SCORE,
@@ -265,7 +269,7 @@ def own_score_step(
     away = repulsion / jnp.maximum(jnp.max(_norms(repulsion)), 1e-12)
     smoothed = jnp.einsum("kl,nld->nkd", smooth, pull + REPULSION * fading * away)
     momentum = stein.MOMENTUM * state.momentum + smoothed
-    length = stein.SHORTEST_STEP_UNIT * (stein.LONGEST_STEP_UNIT / stein.SHORTEST_STEP_UNIT) ** (1.0 - progress)
+    length = SHORTEST_STEP * (LONGEST_STEP / SHORTEST_STEP) ** (1.0 - progress)
     largest = jnp.max(jnp.abs(momentum), axis=(1, 2), keepdims=True)
     moved = state.particles + length * momentum / jnp.maximum(largest, 1e-20)
     return stein.State(jnp.clip(moved, 0.0, 1.0), momentum, state.index + 1)
