@@ -27,7 +27,8 @@ from sim_bridge.state import GeodeticPoint
 from sim_bridge.station import Station
 
 TICK_S = 0.01
-LEAD_S = 0.2
+# A setpoint is held until the next: a longer lead would fly stale ones at high speeds, a shorter one waste time.
+LEAD_S = 0.07
 STREAM_ENDED_S = 1.0
 LONGEST_CATCH_UP_S = 0.2
 TICKS_BETWEEN_HEARING = 20
