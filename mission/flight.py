@@ -157,7 +157,7 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
     replanner = Replanner() if mission.replanning.enabled and settings.method is FlightMethod.OFFBOARD else None
     rate = settings.speed if settings.link == _SIM else 1.0
     clock = FlightClock(time.monotonic(), rate)
-    belief = Belief(problem, planned.options.modes)
+    belief = Belief(problem)
     assignment = assignment_of(planned, settings.method)
     energy = energy_of(mission, problem)
     executive = Executive(assignment, monitors_of(mission, belief, energy), from_s=settings.from_s, patience=rate)
@@ -299,8 +299,7 @@ def _vehicle(mission: Mission, settings: FlightSettings, watcher: Watcher, clock
             simulator = spawn(
                 geodetic_from_enu(mission.home_enu_m, mission.site.origin.point()),
                 speed=settings.speed,
-                # As docs/flying.md tells the team to set a real one.
-                parameters=(("COM_OBL_RC_ACT", 5.0),),
+                parameters=_as_told(mission),
                 endurance_s=mission.vehicle.endurance_s,
                 autopilot=Autopilot[mission.vehicle.autopilot.upper()],
                 kind=AirframeKind.CRAZYFLIE if small else AirframeKind.QUADROTOR,
@@ -319,6 +318,21 @@ def _vehicle(mission: Mission, settings: FlightSettings, watcher: Watcher, clock
         )
         stack.callback(link.close)
         yield link
+
+
+def _as_told(mission: Mission) -> tuple[tuple[str, float], ...]:
+    """The built-in vehicle's parameters, set as docs/flying.md tells a team to set a real one's."""
+    vehicle = mission.vehicle
+    match Autopilot[vehicle.autopilot.upper()]:
+        case Autopilot.PX4:
+            return (
+                ("COM_OBL_RC_ACT", 5.0),
+                ("MPC_XY_VEL_MAX", vehicle.max_speed_mps),
+                ("MPC_Z_VEL_MAX_UP", vehicle.max_climb_mps),
+                ("MPC_Z_VEL_MAX_DN", vehicle.max_descent_mps),
+            )
+        case Autopilot.ARDUPILOT:
+            return ()
 
 
 @contextlib.contextmanager

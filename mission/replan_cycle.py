@@ -9,8 +9,9 @@ from __future__ import annotations
 import dataclasses
 
 import numpy as np
+from jaxtyping import Float
 
-from mission.belief import Belief
+from mission.belief import INTERVAL_S, Belief
 from mission.executive import Executive
 from mission.phases import Phase
 from mission.replanning import Replanner, Reply, Request, Verdict, judge
@@ -21,7 +22,6 @@ from planner.trajectory import Motion, Trajectory
 
 LEAST_REMAINING_SHARE = 0.05
 LEAST_REMAINING_S = 2.0
-_AHEAD_INTERVAL_S = 0.1
 _ALTERNATIVES = 1
 _CANDIDATES = 2
 _FAILURES_WHILE_HELD = 3
@@ -150,9 +150,7 @@ class ReplanCycle:
         """A request of the size that comes when a share of the exploration is left."""
         course = self._course
         switch_s = course.end_s - share * course.duration_s
-        problem = dataclasses.replace(
-            self._belief.problem, start=course.motion_at(switch_s), duration_s=share * course.duration_s
-        )
+        problem = self._left(course.motion_at(switch_s), share * course.duration_s)
         request = self._request(problem, switch_s, None, course)
         return dataclasses.replace(request, number=WARM_UP)
 
@@ -166,10 +164,10 @@ class ReplanCycle:
         remaining_s = executive.exploration.end_s - switch_s
         if remaining_s < max(LEAST_REMAINING_S, LEAST_REMAINING_SHARE * executive.exploration.end_s):
             return None
-        ahead = course.positions_at(np.arange(at_s, switch_s, _AHEAD_INTERVAL_S))
-        problem = self._belief.remaining(course.motion_at(switch_s), remaining_s, ahead, switch_s - at_s)
+        ahead = course.positions_at(np.arange(at_s, switch_s, INTERVAL_S))
+        problem = self._left(course.motion_at(switch_s), remaining_s)
         staying = course.leg_at(switch_s).trajectory
-        return self._request(problem, switch_s, staying, course.trajectory)
+        return self._request(problem, switch_s, staying, course.trajectory, ahead)
 
     def _from_standstill(self, executive: Executive) -> Request | None:
         course = executive.course
@@ -177,15 +175,28 @@ class ReplanCycle:
         switch_s = course.stop_s()
         remaining_s = max(executive.exploration.end_s - switch_s, LEAST_REMAINING_S)
         start = Motion.at_rest(np.asarray(course.stop_position()))
-        problem = self._belief.remaining(start, remaining_s, np.empty((0, 3)), 0.0)
-        return self._request(problem, switch_s, None, course.trajectory)
+        return self._request(self._left(start, remaining_s), switch_s, None, course.trajectory)
 
-    def _request(self, problem: Problem, switch_s: float, staying: Trajectory | None, current: Trajectory) -> Request:
+    def _left(self, start: Motion, remaining_s: float) -> Problem:
+        return dataclasses.replace(self._belief.problem, start=start, duration_s=remaining_s)
+
+    def _request(
+        self,
+        problem: Problem,
+        switch_s: float,
+        staying: Trajectory | None,
+        current: Trajectory,
+        ahead_m: Float[np.ndarray, "time 3"] | None = None,
+    ) -> Request:
         warm = [from_moment(current, switch_s)]
         warm += [from_moment(curve, switch_s) for curve in self._alternatives if curve is not current][:_ALTERNATIVES]
+        flown = self._belief.flown_m()
+        if ahead_m is not None:
+            flown = np.concatenate([flown, ahead_m])
         return Request(
             self._number + 1,
             problem,
+            flown,
             self._options_for(problem),
             tuple(warm),
             staying,

@@ -16,7 +16,9 @@ from collections.abc import Callable
 from multiprocessing.connection import Connection
 
 import numpy as np
+from jaxtyping import Float
 
+from mission.belief import after
 from mission.course import Course
 from planner import gate
 from planner.plan import Plan
@@ -38,7 +40,8 @@ class Request:
 
     Attributes:
         number: Counts the requests; 0: the answer is not needed, only that the solver has compiled what it takes.
-        problem: What is left.
+        problem: What is left, as if nothing had been flown.
+        flown_m: What was flown, and will be until the switch: `belief.INTERVAL_S` each.
         options: How to solve it.
         warm_start: Curves to start from.
         staying: The course from the switch on; None: there is none to stay on.
@@ -48,6 +51,7 @@ class Request:
 
     number: int
     problem: Problem
+    flown_m: Float[np.ndarray, "time 3"]
     options: Options
     warm_start: tuple[Trajectory, ...]
     staying: Trajectory | None
@@ -85,8 +89,9 @@ def answer(request: Request) -> Reply:
     began_s = time.monotonic()
     deadline_s = began_s + request.time_limit_s
     try:
+        problem = after(request.problem, request.flown_m, request.options.modes)
         plan = solve(
-            request.problem,
+            problem,
             request.options,
             warm_start=request.warm_start,
             out_of_time=lambda: time.monotonic() > deadline_s,
@@ -98,7 +103,7 @@ def answer(request: Request) -> Reply:
         curve = request.staying
         count = 4 * curve.segments
         middles = request.switch_s + (np.arange(count) + 0.5) / count * (curve.end_s - request.switch_s)
-        staying = Judge(request.problem, request.options).ergodic_metric(curve.sample(middles).position_m)
+        staying = Judge(problem, request.options).ergodic_metric(curve.sample(middles).position_m)
     return Reply(request, plan, staying, time.monotonic() - began_s)
 
 

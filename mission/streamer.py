@@ -18,6 +18,8 @@ from sim_bridge.state import Setpoint
 STALE_S = 0.5
 """Host seconds without a renewal after which the stream brakes."""
 
+_AGAIN_SHARE = 0.2
+
 Send = Callable[[Setpoint], None]
 Record = Callable[[float, CoursePoint, Setpoint], None]
 
@@ -80,13 +82,15 @@ class Streamer:
         while not self._closed.is_set():
             host_s = time.monotonic()
             with self._lock:
-                self._step(host_s)
-            due_s = max(due_s + self._period_s / self._clock.rate, host_s)
+                waits = not self._step(host_s)
+            period_s = self._period_s / self._clock.rate
+            due_s = host_s + _AGAIN_SHARE * period_s if waits else max(due_s + period_s, host_s)
             self._closed.wait(max(0.0, due_s - time.monotonic()))
 
-    def _step(self, host_s: float) -> None:
+    def _step(self, host_s: float) -> bool:
+        """Send a setpoint, if there is a course; False: the clock stands, so it is to be tried again soon."""
         if self._course is None:
-            return
+            return True
         # A setpoint holds until the next one: what is sent is the middle of that time.
         now_s = self._clock.now(host_s) + 0.5 * self._period_s
         if host_s - self._renewed_s > STALE_S and self._stalled is None:
@@ -94,9 +98,10 @@ class Streamer:
         if now_s - self._sent_s < 0.5 * self._period_s:
             # The clock waits for a simulator whose words have not come through yet; were it told to go on where it is,
             # it would run ahead of the course.
-            return
+            return False
         self._sent_s = now_s
         point = self._course.at(now_s)
         setpoint = point.setpoint()
         self._send(setpoint)
         self._record(now_s, point, setpoint)
+        return True
