@@ -196,7 +196,7 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
         "explored": executive.explored,
         "link": settings.link,
         "mode": settings.method.value,
-        **summarize(read_flight_log(settings.folder), belief.problem, planned.options),
+        **summarize(read_flight_log(settings.folder), belief.problem, planned.options, mission.vehicle.max_speed_mps),
         "offboard_lost": executive.offboard_lost,
         "setpoint_gap_p999_s": float(np.quantile(gaps_s, 0.999)) if len(gaps_s) else None,
         "setpoint_gap_max_s": float(gaps_s.max()) if len(gaps_s) else None,

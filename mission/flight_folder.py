@@ -91,7 +91,8 @@ def draw_outputs(flight: FlightFolder) -> list[Path]:
     from mission.summary import summarize
     from mission.view import RECORDING_NAME, record_flight
 
-    summary = flight.summary or summarize(flight.log, flight.problem, flight.options)
+    fastest_mps = flight.mission.vehicle.max_speed_mps
+    summary = flight.summary or summarize(flight.log, flight.problem, flight.options, fastest_mps)
     picture, recording = flight.path / PICTURE_NAME, flight.path / RECORDING_NAME
     draw_flight(flight.log, flight.mission, flight.problem, summary, picture)
     record_flight(recording, flight.log, flight.mission, flight.problem, flight.candidates)

@@ -19,11 +19,12 @@ from planner.trajectory import Motion
 
 
 def limits_of(vehicle: Vehicle) -> Limits:
-    """What the vehicle can do."""
+    """What plans may ask of the vehicle: its limits, less what is left to it for keeping on the course."""
+    share = 1.0 - vehicle.speed_reserve
     return Limits(
-        max_speed_mps=vehicle.max_speed_mps,
-        max_climb_mps=vehicle.max_climb_mps,
-        max_descent_mps=vehicle.max_descent_mps,
+        max_speed_mps=share * vehicle.max_speed_mps,
+        max_climb_mps=share * vehicle.max_climb_mps,
+        max_descent_mps=share * vehicle.max_descent_mps,
         max_acceleration_mps2=vehicle.max_acceleration_mps2,
         max_yaw_rate_radps=math.radians(vehicle.max_yaw_rate_degps),
     )

@@ -12,18 +12,19 @@ from planner.problem import Options, Problem
 from planner.spectral_metric import mode_weights
 
 # Estimates wander and gusts push: what is flown counts as broken beyond these, what is planned has no allowance.
-SPEED_ALLOWANCE = 1.05
+SPEED_ALLOWANCE = 1.02
 POSITION_ALLOWANCE_M = 0.25
 _ON_COURSE = ("flying to the start", "exploring", "returning")
 
 
-def summarize(log: FlightLog, problem: Problem, options: Options) -> dict[str, Any]:
+def summarize(log: FlightLog, problem: Problem, options: Options, fastest_mps: float) -> dict[str, Any]:
     """The summary of a flight, as JSON has it.
 
     Args:
         log: What was flown.
         problem: What was asked, with the obstacles known at the end.
         options: How it was planned: they say which metric.
+        fastest_mps: What the vehicle may fly; plans leave it a reserve below that (`vehicle.speed_reserve`).
 
     Returns:
         Seconds, metres and shares; null where nothing was measured.
@@ -58,20 +59,20 @@ def summarize(log: FlightLog, problem: Problem, options: Options) -> dict[str, A
         "replans_asked": len(replans),
         "replans_taken": sum(replan["taken"] for replan in replans),
         "replans_refused": refused,
-        "violations": violations(log, problem),
+        "violations": violations(log, problem, fastest_mps),
         "phases": [event["phase"] for event in log.of_kind("phase")],
         "warnings": [event["text"] for event in log.of_kind("say") if event["warning"]],
     }
 
 
-def violations(log: FlightLog, problem: Problem) -> list[str]:
+def violations(log: FlightLog, problem: Problem, fastest_mps: float) -> list[str]:
     """Where the flown path broke a limit, a sentence a kind.
 
     Clearance and the fence are held against the whole flight in the air, the box and the speed against the
     exploration.
     """
     found = []
-    exploring, limits = log.exploring(), problem.limits
+    exploring = log.exploring()
     airborne = log.armed & _in_air(log)
     position, speed = log.position_m, np.linalg.norm(log.velocity_mps, axis=1)
     if airborne.any() and not problem.obstacles.is_empty:
@@ -82,8 +83,8 @@ def violations(log: FlightLog, problem: Problem) -> list[str]:
             found.append(f"clearance {clearance.min():.2f} m at {at_s:.1f} s, limit {problem.clearance_margin_m:g} m")
     if exploring.any():
         fastest = float(speed[exploring].max())
-        if fastest > SPEED_ALLOWANCE * limits.max_speed_mps:
-            found.append(f"speed {fastest:.2f} m/s, limit {limits.max_speed_mps:g} m/s")
+        if fastest > SPEED_ALLOWANCE * fastest_mps:
+            found.append(f"speed {fastest:.2f} m/s, limit {fastest_mps:g} m/s")
         low, high = problem.workspace.box_min_m, problem.workspace.box_max_m
         outside = float(np.maximum(low - position[exploring], position[exploring] - high).max())
         if outside > POSITION_ALLOWANCE_M:

@@ -78,6 +78,8 @@ class Vehicle(Section):
     """Greatest acceleration, in any direction."""
     max_yaw_rate_degps: Annotated[float, Field(ge=0.01, le=720.0, examples=[45.0])]
     """Greatest rate of the heading."""
+    speed_reserve: Annotated[float, Field(ge=0.0, le=0.5)] = 0.06
+    """Part of the three speeds that plans leave to the vehicle, for catching up and against wind."""
     radius_m: Annotated[float, Field(ge=0.0, le=50.0, examples=[0.4])]
     """From its middle to its outermost part."""
     endurance_s: Annotated[float, Field(ge=1.0, le=1e6, examples=[1200.0])]
