@@ -94,7 +94,7 @@ class Guided:
         else:
             position = self._global_position(message)
         if position is None:
-            self.enter()
+            self._stop()
             return
         velocity, acceleration = (message.vx, message.vy, message.vz), (message.afx, message.afy, message.afz)
         if message.coordinate_frame in _BODY_FRAMES:
@@ -125,7 +125,7 @@ class Guided:
         elif has_acceleration:
             self._take(Submode.ACCELERATION, Target((None, None, None), None, pushed, yaw, yaw_rate))
         else:
-            self.enter()
+            self._stop()
 
     def target(self, climb_mps: float, timeout_s: float) -> Target | None:
         """What to do now; None: stand, which only a take-off ends.
@@ -155,6 +155,12 @@ class Guided:
     def asked(self) -> Target:
         """The last thing that was asked for."""
         return self._target
+
+    def _stop(self) -> None:
+        """Hold here; asked for again and again, the place stays the same."""
+        holds = self.submode is Submode.VELOCITY and self._updated_s == -math.inf
+        if not holds:
+            self.enter()
 
     def _take(self, submode: Submode, target: Target) -> None:
         self.submode, self._target, self._updated_s = submode, target, self._body.time_s

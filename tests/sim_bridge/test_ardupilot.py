@@ -1,0 +1,328 @@
+"""ArduCopter's ways, as MAVLink bytes show them."""
+
+import math
+
+import pytest
+
+from sim_bridge.body import VehicleConfig
+from sim_bridge.frames import local_ned_from_geodetic
+from sim_bridge.link_autopilot import Autopilot
+from sim_bridge.simulator import make_autopilot
+from sim_bridge.state import GeodeticPoint
+from tests.sim_bridge.ground_station import (
+    NAN,
+    POSITION_ONLY,
+    POSITION_VELOCITY,
+    POSITION_VELOCITY_ACCELERATION,
+    VELOCITY_ONLY,
+    GroundStation,
+    mavlink,
+)
+
+GROUND = GeodeticPoint(47.3977, 8.5456, 488.0)
+STABILIZE, AUTO, GUIDED, LOITER, RTL, LAND = 0, 3, 4, 5, 6, 9
+ACCEPTED = mavlink.MAV_RESULT_ACCEPTED
+MISSIONS, FENCES = mavlink.MAV_MISSION_TYPE_MISSION, mavlink.MAV_MISSION_TYPE_FENCE
+ASKED_FOR = (
+    (mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED, 30.0),
+    (mavlink.MAVLINK_MSG_ID_GLOBAL_POSITION_INT, 10.0),
+    (mavlink.MAVLINK_MSG_ID_HOME_POSITION, 1.0),
+    (mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, 1.0),
+    (mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE, 2.0),
+    (mavlink.MAVLINK_MSG_ID_MISSION_CURRENT, 1.0),
+)
+
+
+def fresh(**config) -> GroundStation:
+    return GroundStation(make_autopilot(Autopilot.ARDUPILOT, VehicleConfig(GROUND, **config)))
+
+
+def station(**config) -> GroundStation:
+    """A copter that is ready and tells what it is asked for."""
+    gs = fresh(ready_after_s=3.0, **config)
+    gs.wait(6.0)
+    for message_id, rate_hz in ASKED_FOR:
+        assert gs.command(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, message_id, 1e6 / rate_hz) == ACCEPTED
+    gs.wait(2.0)
+    return gs
+
+
+def mode(gs: GroundStation) -> int:
+    return gs.last("HEARTBEAT").custom_mode
+
+
+def set_mode(gs: GroundStation, number: int) -> int:
+    return gs.command(mavlink.MAV_CMD_DO_SET_MODE, 1.0, float(number))
+
+
+def take_off(gs: GroundStation, height_m: float = 20.0, wait_s: float = 25.0) -> None:
+    assert set_mode(gs, GUIDED) == ACCEPTED
+    assert gs.arm() == ACCEPTED
+    assert gs.command(mavlink.MAV_CMD_NAV_TAKEOFF, 0, 0, 0, 0, 0, 0, height_m) == ACCEPTED
+    gs.wait(wait_s)
+
+
+def test_the_heartbeat_is_a_copters_and_its_mode_a_plain_number():
+    gs = station()
+    heartbeat = gs.last("HEARTBEAT")
+    assert heartbeat.autopilot == mavlink.MAV_AUTOPILOT_ARDUPILOTMEGA
+    assert heartbeat.custom_mode == STABILIZE
+    assert set_mode(gs, GUIDED) == ACCEPTED
+    gs.wait(1.1)
+    assert mode(gs) == GUIDED
+
+
+def test_only_heartbeats_and_texts_come_until_more_is_asked_for():
+    gs = fresh()
+    gs.wait(60.0)
+    assert {message.get_type() for _, message in gs.heard} <= {"HEARTBEAT", "STATUSTEXT"}
+    gs.command(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, mavlink.MAVLINK_MSG_ID_ATTITUDE, 100_000.0)
+    gs.wait(5.0)
+    assert 45 <= len(gs.all("ATTITUDE")) <= 55
+
+
+def test_arming_before_it_is_ready_fails_with_a_text_and_some_forty_seconds_after_boot_it_does_not():
+    gs = fresh()
+    gs.wait(10.0)
+    set_mode(gs, GUIDED)
+    assert gs.arm() == mavlink.MAV_RESULT_FAILED
+    gs.wait(0.5)
+    assert gs.said.strip()
+    gs.wait(24.0)
+    assert gs.arm() == mavlink.MAV_RESULT_FAILED
+    gs.wait(12.0)
+    assert gs.arm() == ACCEPTED
+
+
+def test_guided_accepted_in_the_first_two_seconds_is_silently_undone():
+    gs = fresh(ready_after_s=3.0)
+    gs.wait(1.0)
+    assert set_mode(gs, GUIDED) == ACCEPTED
+    gs.wait(4.0)
+    assert mode(gs) == STABILIZE
+    assert set_mode(gs, GUIDED) == ACCEPTED
+    gs.wait(4.0)
+    assert mode(gs) == GUIDED
+
+
+def test_it_disarms_ten_seconds_after_arming_without_a_take_off():
+    gs = station()
+    set_mode(gs, GUIDED)
+    assert gs.arm() == ACCEPTED
+    gs.wait(8.5)
+    assert gs.armed
+    gs.wait(4.0)
+    assert not gs.armed
+
+
+def test_take_off_is_above_home():
+    gs = station()
+    take_off(gs, 15.0)
+    assert gs.last("GLOBAL_POSITION_INT").relative_alt * 1e-3 == pytest.approx(15.0, abs=1.0)
+    assert mode(gs) == GUIDED
+
+
+def test_a_setpoint_during_the_climb_cancels_the_take_off():
+    gs = station()
+    take_off(gs, 30.0, wait_s=6.0)
+    here = gs.position
+    assert -here[2] < 20.0
+    gs.setpoint(here, mask=POSITION_ONLY)
+    gs.wait(20.0)
+    assert math.dist(gs.position, here) < 2.0
+
+
+def test_a_position_target_is_held_for_ever():
+    gs = station()
+    take_off(gs)
+    goal = (20.0, -10.0, -25.0)
+    gs.setpoint(goal, mask=POSITION_ONLY)
+    gs.wait(60.0)
+    assert math.dist(gs.position, goal) < 1.0
+    assert mode(gs) == GUIDED
+
+
+def test_a_velocity_target_stops_after_three_seconds_and_it_stays_in_guided():
+    gs = station()
+    take_off(gs)
+    gs.wait(4.0, do=lambda: gs.setpoint(velocity=(5.0, 0.0, 0.0), mask=VELOCITY_ONLY))
+    gs.wait(2.8)
+    assert gs.velocity[0] > 3.0
+    gs.wait(6.0)
+    assert math.hypot(*gs.velocity) < 0.5
+    assert mode(gs) == GUIDED
+
+
+def test_all_three_axes_are_required_and_a_partial_mask_means_stop():
+    gs = station()
+    take_off(gs)
+    gs.wait(4.0, do=lambda: gs.setpoint(velocity=(5.0, 0.0, 0.0), mask=VELOCITY_ONLY))
+    without_z = VELOCITY_ONLY | 1 << 5
+    gs.wait(8.0, do=lambda: gs.setpoint(velocity=(5.0, 0.0, 0.0), mask=without_z))
+    assert math.hypot(*gs.velocity) < 0.5
+
+
+def test_a_nan_setpoint_ends_the_flight():
+    gs = station()
+    take_off(gs)
+    assert gs.vehicle.body.rotor.height_m > 15.0
+    gs.setpoint((NAN, NAN, NAN), mask=POSITION_ONLY)
+    gs.wait(20.0)
+    assert gs.vehicle.body.rotor.height_m == pytest.approx(0.0, abs=0.01)
+
+
+def test_land_and_return_end_on_the_ground_disarmed():
+    for number in (LAND, RTL):
+        gs = station()
+        take_off(gs)
+        assert set_mode(gs, number) == ACCEPTED
+        gs.wait(1.1)
+        assert mode(gs) == number
+        gs.wait_for(lambda gs=gs: not gs.armed, within_s=180.0)
+        assert gs.last("EXTENDED_SYS_STATE").landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND
+
+
+def test_its_map_scales_degrees():
+    gs = station()
+    take_off(gs)
+    origin, here = gs.last("GPS_GLOBAL_ORIGIN"), gs.last("GLOBAL_POSITION_INT")
+    start = GeodeticPoint(origin.latitude * 1e-7, origin.longitude * 1e-7, origin.altitude * 1e-3)
+    place = GeodeticPoint(here.lat * 1e-7, here.lon * 1e-7, here.alt * 1e-3)
+    assert math.dist(local_ned_from_geodetic(Autopilot.ARDUPILOT, place, start), gs.position) < 0.5
+
+
+def test_parameters_travel_as_their_values():
+    gs = station()
+    (told,) = gs.send(mavlink.MAVLink_param_request_read_message(1, 1, b"FENCE_ENABLE", -1))
+    assert told.param_value in (0.0, 1.0)
+    (told,) = gs.send(mavlink.MAVLink_param_set_message(1, 1, b"FENCE_ENABLE", 1.0, mavlink.MAV_PARAM_TYPE_INT8))
+    assert told.param_value == 1.0
+
+
+# Missions.
+
+
+def item(seq, latitude_e7=473_977_000, longitude_e7=85_456_000, height_m=20.0, command=mavlink.MAV_CMD_NAV_WAYPOINT,
+         frame=mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT, p4=0.0, kind=MISSIONS):  # fmt: skip
+    return mavlink.MAVLink_mission_item_int_message(
+        1, 1, seq, frame, command, 0, 1, 0, 0, 0, p4, latitude_e7, longitude_e7, height_m, kind
+    )
+
+
+def upload(gs: GroundStation, items) -> int:
+    replies = gs.send(mavlink.MAVLink_mission_count_message(1, 1, len(items), MISSIONS))
+    while True:
+        # Copter asks from its main loop, not always in the same breath.
+        for _ in range(100):
+            asked = [r for r in replies if r.get_type() in ("MISSION_REQUEST", "MISSION_ACK", "MISSION_REQUEST_INT")]
+            if asked:
+                break
+            replies = gs.wait(0.02)
+        if asked[0].get_type() == "MISSION_ACK":
+            return asked[0].type
+        assert asked[0].get_type() == "MISSION_REQUEST"
+        replies = gs.send(items[asked[0].seq])
+
+
+def test_items_are_asked_for_only_with_mission_request():
+    assert upload(station(), [item(seq) for seq in range(5)]) == mavlink.MAV_MISSION_ACCEPTED
+
+
+def test_a_lost_item_is_asked_for_every_second_for_eight_seconds_then_the_upload_is_cancelled():
+    gs = station()
+    gs.send(mavlink.MAVLink_mission_count_message(1, 1, 3, MISSIONS))
+    gs.wait(0.2)
+    gs.forget()
+    start_s = gs.now_s
+    gs.wait(12.0)
+    asked = gs.times("MISSION_REQUEST")
+    assert 7 <= len(asked) <= 9
+    assert asked[2] - asked[1] == pytest.approx(1.0, abs=0.1)
+    (ack,) = gs.all("MISSION_ACK")
+    assert ack.type == mavlink.MAV_MISSION_OPERATION_CANCELLED
+    assert gs.times("MISSION_ACK")[0] - start_s == pytest.approx(8.0, abs=1.1)
+
+
+def test_more_than_650_items_have_no_space():
+    gs = station()
+    (ack,) = gs.send(mavlink.MAVLink_mission_count_message(1, 1, 900, MISSIONS))
+    assert ack.type == mavlink.MAV_MISSION_NO_SPACE
+
+
+@pytest.mark.parametrize(
+    ("bad", "result"),
+    [
+        (item(1, height_m=NAN), mavlink.MAV_MISSION_INVALID_PARAM7),
+        (item(1, latitude_e7=950_000_000), mavlink.MAV_MISSION_INVALID_PARAM5_X),
+    ],
+    ids=["NaN altitude", "latitude 95"],
+)
+def test_nonsense_is_refused_by_parameter(bad, result):
+    assert upload(station(), [item(0), bad]) == result
+
+
+def test_items_come_back_in_frame_3_and_item_0_is_home():
+    gs = station()
+    upload(gs, [item(0, height_m=99.0), item(1, latitude_e7=473_980_000)])
+    (count,) = gs.send(mavlink.MAVLink_mission_request_list_message(1, 1, MISSIONS))
+    assert count.count == 2
+    back = [gs.send(mavlink.MAVLink_mission_request_int_message(1, 1, seq, MISSIONS))[0] for seq in range(2)]
+    assert back[1].frame == mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
+    assert back[1].x == pytest.approx(473_980_000, abs=2)
+    home = gs.last("HOME_POSITION")
+    assert back[0].x == pytest.approx(home.latitude, abs=20)
+    assert back[0].z != pytest.approx(99.0)
+
+
+def test_a_second_ground_station_that_uploads_meanwhile_is_denied():
+    gs = station()
+    other = GroundStation(gs.vehicle, system=255)
+    other.now_s = gs.now_s
+    gs.send(mavlink.MAVLink_mission_count_message(1, 1, 3, MISSIONS))
+    (ack,) = other.send(mavlink.MAVLink_mission_count_message(1, 1, 2, MISSIONS))
+    assert ack.type == mavlink.MAV_MISSION_DENIED
+
+
+def test_auto_flies_the_mission():
+    gs = station()
+    north = [473_977_000 + round(metres / 111_195.0 * 1e7) for metres in (0.0, 30.0, 60.0)]
+    takeoff = item(1, 0, 0, 15.0, command=mavlink.MAV_CMD_NAV_TAKEOFF)
+    items = [item(0), takeoff, item(2, north[1], height_m=15.0), item(3, north[2], height_m=15.0)]
+    assert upload(gs, items) == mavlink.MAV_MISSION_ACCEPTED
+    take_off(gs, 15.0)
+    assert set_mode(gs, AUTO) == ACCEPTED
+    gs.wait(60.0)
+    assert mode(gs) == AUTO
+    home = gs.last("HOME_POSITION")
+    assert gs.position[0] - home.x == pytest.approx(60.0, abs=2.5)
+    assert [m.seq for m in gs.all("MISSION_ITEM_REACHED")][-1] == 3
+
+
+def circle_error_m(mask: int) -> float:
+    """Mean distance from a 5 m circle flown at 1.5 m/s and 20 Hz."""
+    gs = station()
+    take_off(gs)
+    start, centre, rate = gs.now_s, gs.position, 0.3
+
+    def at(time_s: float):
+        c, s = math.cos(rate * time_s), math.sin(rate * time_s)
+        position = (centre[0] + 5.0 * (c - 1.0), centre[1] + 5.0 * s, -20.0)
+        return position, (-1.5 * s, 1.5 * c, 0.0), (-0.45 * c, -0.45 * s, 0.0)
+
+    def send() -> None:
+        gs.setpoint(*at(gs.now_s - start), mask=mask)
+
+    told = [m for m in gs.wait(42.0, do=send) if m.get_type() == "LOCAL_POSITION_NED"]
+    late = [(m.time_boot_ms * 1e-3 - start, (m.x, m.y, m.z)) for m in told if m.time_boot_ms * 1e-3 - start > 15.0]
+    return sum(math.dist(place, at(time_s)[0]) for time_s, place in late) / len(late)
+
+
+def test_velocity_and_acceleration_each_help_to_follow_a_circle():
+    # On the real one: 1.72 m, 0.39 m, 0.16 m.
+    position = circle_error_m(POSITION_ONLY)
+    velocity = circle_error_m(POSITION_VELOCITY)
+    acceleration = circle_error_m(POSITION_VELOCITY_ACCELERATION)
+    assert 1.0 < position < 2.6
+    assert velocity < 0.6
+    assert acceleration < 0.35
+    assert acceleration <= velocity + 0.02
