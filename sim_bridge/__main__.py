@@ -15,6 +15,7 @@ import typer
 from sim_bridge.airframes import AirframeKind, airframe
 from sim_bridge.body import VehicleConfig
 from sim_bridge.channel import Quality
+from sim_bridge.faults import AnyFault, parse_fault, read_faults
 from sim_bridge.frames import geodetic_from_enu
 from sim_bridge.kinematics import Wind
 from sim_bridge.link_autopilot import Autopilot
@@ -60,6 +61,21 @@ def _logs(folder: Path | None, systems: Sequence[int]) -> list[TelemetryLog]:
         raise typer.BadParameter(f"cannot be written: {error}", param_hint="--record") from error
 
 
+def _faults(words: Sequence[str], file: Path | None) -> list[AnyFault]:
+    """What is to go wrong, from the command line and from a file.
+
+    Raises:
+        ValueError: What cannot be read.
+    """
+    found = [parse_fault(word) for word in words]
+    if file is not None:
+        try:
+            found += read_faults(file)
+        except OSError as error:
+            raise typer.BadParameter(f"cannot be opened: {error}", param_hint="--faults") from error
+    return found
+
+
 @app.command()
 def run(
     autopilot: Annotated[str, typer.Option(help="Personality: px4 or ardupilot.")] = "px4",
@@ -83,6 +99,13 @@ def run(
     ] = None,
     param: Annotated[list[str] | None, typer.Option(help="Change a parameter: NAME=VALUE; repeatable.")] = None,
     seed: Annotated[int, typer.Option(help="Of everything random.")] = 0,
+    fault: Annotated[
+        list[str] | None,
+        typer.Option(help='Something that goes wrong: "KIND@BEGIN[+DURATION] [KEY=VALUE …]"; repeatable.'),
+    ] = None,
+    faults: Annotated[
+        Path | None, typer.Option(help="File of such things: [[fault]] tables in TOML, or JSON; see docs/simulator.md.")
+    ] = None,
     record: Annotated[
         Path | None, typer.Option(help="Keep everything heard and sent in this folder: vehicle-1.tlog, …")
     ] = None,
@@ -111,10 +134,11 @@ def run(
     ]
     try:
         quality = Quality(loss=loss, delay_s=delay, jitter_s=jitter)
+        wrong = _faults(fault or [], faults)
         logs = _logs(record, [config.system for config in configs])
         writers = [log.write for log in logs] or [None] * vehicles
         stations = [
-            Station(make_autopilot(kind, config), quality, config.seed, writer)
+            Station(make_autopilot(kind, config), quality, config.seed, writer, wrong)
             for config, writer in zip(configs, writers, strict=True)
         ]
         simulator = Simulator(stations, port, speed)

@@ -7,6 +7,9 @@ import heapq
 import itertools
 import random
 
+HELD_BACK_S = 0.15
+"""How long a datagram waits that is to be overtaken."""
+
 
 @dataclasses.dataclass(frozen=True)
 class Quality:
@@ -17,6 +20,7 @@ class Quality:
         duplication: Share that arrive twice.
         delay_s: Mean delay.
         jitter_s: Delays are spread evenly by so much to either side.
+        reordering: Share that is held back, so that later ones overtake it.
 
     Raises:
         ValueError: A share outside [0, 1] or a negative time.
@@ -26,10 +30,13 @@ class Quality:
     duplication: float = 0.0
     delay_s: float = 0.0
     jitter_s: float = 0.0
+    reordering: float = 0.0
 
     def __post_init__(self) -> None:
-        if not (0.0 <= self.loss <= 1.0 and 0.0 <= self.duplication <= 1.0):
-            raise ValueError(f"loss and duplication are shares from 0 to 1, got {self.loss} and {self.duplication}")
+        shares = {"loss": self.loss, "duplication": self.duplication, "reordering": self.reordering}
+        for name, share in shares.items():
+            if not 0.0 <= share <= 1.0:
+                raise ValueError(f"{name} is a share from 0 to 1, got {share}")
         if self.delay_s < 0.0 or self.jitter_s < 0.0:
             raise ValueError(f"delay and jitter cannot be negative, got {self.delay_s} s and {self.jitter_s} s")
 
@@ -43,19 +50,23 @@ class Channel:
     """
 
     def __init__(self, quality: Quality, seed: int = 0) -> None:
-        self._quality = quality
+        self.quality = quality
+        self.cut = False
+        """Whether nothing passes."""
         self._random = random.Random(seed)
         self._under_way: list[tuple[float, int, bytes]] = []
         self._order = itertools.count()
 
     def put(self, datagram: bytes, now_s: float) -> None:
         """Hand a datagram over."""
-        quality = self._quality
-        if self._random.random() < quality.loss:
+        quality, chance = self.quality, self._random
+        if self.cut or chance.random() < quality.loss:
             return
-        copies = 2 if self._random.random() < quality.duplication else 1
+        copies = 2 if chance.random() < quality.duplication else 1
         for _ in range(copies):
-            delay_s = quality.delay_s + quality.jitter_s * self._random.uniform(-1.0, 1.0)
+            delay_s = quality.delay_s + quality.jitter_s * chance.uniform(-1.0, 1.0)
+            if quality.reordering > 0.0 and chance.random() < quality.reordering:
+                delay_s += HELD_BACK_S
             heapq.heappush(self._under_way, (now_s + max(0.0, delay_s), next(self._order), datagram))
 
     def arrived(self, now_s: float) -> list[bytes]:

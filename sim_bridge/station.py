@@ -5,11 +5,12 @@ A simulator gives it wall time, a test gives it any.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from sim_bridge.autopilot import VehicleAutopilot
 from sim_bridge.channel import Channel, Quality
 from sim_bridge.codec import Codec, Message, frames_in, mavlink
+from sim_bridge.faults import AnyFault, FaultDriver
 
 _SETPOINTS = (
     mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED,
@@ -31,6 +32,7 @@ class Station:
         quality: Of the line, both ways.
         seed: Of what the line does.
         record: Is given everything that is heard and sent; None: nothing is kept.
+        faults: What goes wrong on purpose.
     """
 
     def __init__(
@@ -39,6 +41,7 @@ class Station:
         quality: Quality | None = None,
         seed: int = 0,
         record: Record | None = None,
+        faults: Sequence[AnyFault] = (),
     ) -> None:
         self.autopilot = autopilot
         line = quality or Quality()
@@ -46,6 +49,7 @@ class Station:
         self._outward = Channel(line, 2 * seed + 1)
         self._codec = Codec(autopilot.body.config.system)
         self._record = record
+        self._faults = FaultDriver(faults, autopilot, (self._inward, self._outward))
         self._setpoint = b""
         self.news_s: float | None = None
         """When the last setpoint was put that was not a mere repetition; None: none was."""
@@ -75,6 +79,7 @@ class Station:
         Returns:
             The datagrams that came out of the line.
         """
+        self._send(self._faults.advance(now_s), now_s)
         for datagram in self._inward.arrived(now_s):
             if self._record is not None:
                 self._record(now_s, datagram)
