@@ -56,7 +56,6 @@ class Assignment:
         max_acceleration_mps2: What braking may use.
         max_yaw_rate_radps: How fast the nose may turn.
         max_climb_mps: How fast it climbs, for the time limit of the take-off.
-        mission_items: How many items an uploaded mission has.
     """
 
     exploration: Trajectory
@@ -66,7 +65,6 @@ class Assignment:
     max_acceleration_mps2: float
     max_yaw_rate_radps: float
     max_climb_mps: float
-    mission_items: int = 0
 
 
 class Goal(enum.Enum):
@@ -89,11 +87,13 @@ class Checked:
         problems: What forbids the flight.
         notes: What is worth saying.
         exploration: The curve to fly, slowed down where the vehicle is slower; None: as it was.
+        last_item: Number of the last waypoint of an uploaded mission; None: none was uploaded.
     """
 
     problems: tuple[str, ...]
     notes: tuple[str, ...] = ()
     exploration: Trajectory | None = None
+    last_item: int | None = None
 
 
 @dataclasses.dataclass(frozen=True)

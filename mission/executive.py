@@ -123,6 +123,8 @@ class Executive:
         self._alarmed_s = now_s
         self._grounded_since_s: float | None = None
         self._told_to_return = False
+        self._last_item: int | None = None
+        self._reached: int | None = None
         self._waiting_for: tuple[str, ...] = ()
         self._actions: list[Action] = []
 
@@ -169,6 +171,7 @@ class Executive:
                     self._say(note)
                 if event.exploration is not None:
                     self.exploration = event.exploration
+                self._last_item = event.last_item
                 self._fire(Trigger.CHECKS_FAILED if event.problems else Trigger.CHECKS_PASSED, now_s)
             case CommandDone():
                 self._command_done(event, now_s)
@@ -182,8 +185,9 @@ class Executive:
             case Stalled():
                 self._stalled(event.course, now_s)
             case MissionProgress():
-                last = self.assignment.mission_items - 1
-                if self.phase is Phase.AUTO_MISSION and event.reached is not None and event.reached >= last:
+                self._reached, last = event.reached, self._last_item
+                done = self._reached is not None and last is not None and self._reached >= last
+                if self.phase is Phase.AUTO_MISSION and done:
                     self._end_exploration(now_s)
             case Operator():
                 self._operate(event, now_s)
@@ -209,6 +213,8 @@ class Executive:
         """Curve time of the exploration up to which it was flown."""
         if self.phase is Phase.FOLLOWING and self.course is not None:
             return min(self.course.at(now_s).curve_s, self.exploration.end_s)
+        if self._last_item and self._reached is not None and not self.explored:
+            return self.exploration.end_s * min(1.0, self._reached / self._last_item)
         return self.exploration.end_s if self.explored else self.rejoin_s
 
     # What is heard.

@@ -31,13 +31,14 @@ from mission.intake import Intake
 from mission.mission_file import Mission
 from mission.monitors import Energy, Monitors
 from mission.phases import Phase
-from mission.plan_output import write_outputs
+from mission.plan_output import plan_file_of, write_outputs
 from mission.planning import Planned
 from mission.recorder import SUMMARY_NAME, Recorder, write_durably
 from mission.replan_cycle import ReplanCycle, Schedule
 from mission.replanning import Replanner
 from mission.streamer import Streamer
 from mission.summary import summarize
+from mission.uploads import upload_plan, upload_safety
 from planner.polygon import KeepIn
 from planner.problem import Problem
 from sim_bridge.frames import geodetic_from_enu
@@ -175,7 +176,7 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
                 energy,
                 Intake(settings.folder, mission),
                 assignment,
-                lambda: None,
+                lambda: _upload(link, planned, settings.method),
                 lambda: cycle is None or cycle.warm,
             )
             loop = FlightLoop(executive, link, clock, streamer, recorder, belief, cycle, ground, watcher)
@@ -209,6 +210,13 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
     drawn = draw_outputs(read_flight_folder(settings.folder))
     watcher.close()
     return Flown(outcome_of(executive), loop.interrupted, summary, settings.folder, tuple(map(str, (*files, *drawn))))
+
+
+def _upload(link: Link, planned: Planned, method: FlightMethod) -> int | None:
+    """What the vehicle must hold before it arms; the number of the last waypoint of an uploaded mission."""
+    plan = plan_file_of(planned)
+    upload_safety(link, plan)
+    return upload_plan(link, plan) if method is FlightMethod.MISSION else None
 
 
 def outcome_of(executive: Executive) -> Outcome:

@@ -15,7 +15,7 @@ from mission.phases import Phase
 from mission.recorder import FORMAT, LOG_NAME, VERSION
 from planner.trajectory import Trajectory
 
-EXPLORING = Phase.FOLLOWING.value
+EXPLORING = (Phase.FOLLOWING.value, Phase.AUTO_MISSION.value)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -54,7 +54,7 @@ class FlightLog:
 
     def exploring(self) -> Bool[np.ndarray, "time"]:
         """Which samples of telemetry belong to the exploration."""
-        return np.array([phase == EXPLORING for phase in self.phase], dtype=bool)
+        return np.array([phase in EXPLORING for phase in self.phase], dtype=bool)
 
     def of_kind(self, kind: str) -> list[dict[str, Any]]:
         """The events of one kind, in order."""

@@ -188,5 +188,5 @@ def _shade_phases(axis: Axes, log: FlightLog) -> None:
     """Everything but the exploration is shaded."""
     for event, after in zip(log.of_kind("phase"), [*log.of_kind("phase")[1:], None], strict=True):
         until_s = float(log.time_s[-1]) if after is None else after["t"]
-        if event["phase"] != EXPLORING and until_s > event["t"]:
+        if event["phase"] not in EXPLORING and until_s > event["t"]:
             axis.axvspan(event["t"], until_s, color=FAINT, alpha=0.25, linewidth=0.0, zorder=0)

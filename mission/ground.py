@@ -32,8 +32,9 @@ _OPERATOR = {"pause": Operator.PAUSE, "resume": Operator.RESUME, "return": Opera
 
 _WARM_UP_HOST_S = 90.0
 
-Prepare = Callable[[], None]
-"""Does what else must be done before arming (uploads); its refusal is a LinkError."""
+Prepare = Callable[[], int | None]
+"""Does what else must be done before arming (uploads): the number of the last waypoint of an uploaded mission, if there
+is one; its refusal is a LinkError or a ValueError."""
 
 
 class Ground:
@@ -88,15 +89,16 @@ class Ground:
         ]
         if not problems:
             problems += self._way_problems(state, home, exploration)
+        last_item = None
         if not problems:
             try:
-                self._prepare()
-            except LinkError as error:
+                last_item = self._prepare()
+            except (LinkError, ValueError) as error:
                 problems.append(str(error))
         until_s = time.monotonic() + _WARM_UP_HOST_S
         while not problems and not self._warm() and time.monotonic() < until_s:
             time.sleep(0.05)
-        return Checked(tuple(problems), settings.notes, exploration)
+        return Checked(tuple(problems), settings.notes, exploration, last_item)
 
     def _way_problems(self, state: VehicleState, home: Vector, exploration: Trajectory) -> list[str]:
         """Whether there are ways to the exploration and home, and charge for them."""

@@ -24,7 +24,8 @@ _SAME_DEG = 2e-6
 _SAME_M = 0.1
 _SAME_PARAM = 0.02
 _LISTEN_S = 1.0
-_TRIES = 2
+_TRIES = 5
+_PAUSE_S = 0.3
 _PLACES = (
     mavlink.MAV_CMD_NAV_WAYPOINT,
     mavlink.MAV_CMD_NAV_TAKEOFF,
@@ -146,6 +147,8 @@ def _round_trip(
         return fetch()
     except MissionRawError as error:
         if tries > 1:
+            # The vehicle gives up a transfer by itself; one on top of it would meet its leftovers.
+            time.sleep(_PAUSE_S)
             return _round_trip(link, what, items, send, fetch, tries - 1)
         words, said = error.result.name.lower().replace("_", " "), link.last_words()
         raise LinkError(f"the {what} was not taken: {words}" + (f' ("{said}")' if said else "")) from error

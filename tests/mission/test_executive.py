@@ -163,6 +163,7 @@ class Flight:
         self.course = None
         self.no_way = ""
         self.problems: tuple[str, ...] = ()
+        self.last_item: int | None = None
         self.phases: list[Phase] = []
         self.said: list[str] = []
         self.answers = []
@@ -181,7 +182,7 @@ class Flight:
                 case Order():
                     self.answers.append(self.vehicle.obey(action, self.now_s))
                 case RunChecks():
-                    self.answers.append(Checked(self.problems))
+                    self.answers.append(Checked(self.problems, last_item=self.last_item))
                 case FindWay(goal, start, end):
                     if self.no_way:
                         self.answers.append(WayFound(goal, None, self.no_way))
@@ -608,7 +609,8 @@ def test_setpoints_go_on_until_the_landing_is_taken_and_not_one_step_longer():
 
 
 def test_an_uploaded_mission_is_flown_by_the_vehicle_and_only_watched():
-    flight = Flight(method=FlightMethod.MISSION, mission_items=4)
+    flight = Flight(method=FlightMethod.MISSION)
+    flight.last_item = 3
     flight.run_to(Phase.AUTO_MISSION).run_for(5.0)
     assert flight.course is None
     flight.tell(Operator.PAUSE)
