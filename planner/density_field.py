@@ -17,7 +17,6 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from planner.information import DensityGrid
 from planner.trajectory import BLEND
 
 ROWS_AT_ONCE = 128
@@ -90,21 +89,20 @@ class GridField(eqx.Module):
 
 
 def grid_field(
-    information: DensityGrid,
+    mass: Float[np.ndarray, "nx ny nz"],
     variance: Float[np.ndarray, "3"] | None = None,
     counts: tuple[bool, bool, bool] = (True, True, True),
 ) -> GridField:
     """The density of a grid of cells per unit of the unit cube, as it is or blurred by a normal density.
 
     Args:
-        information: Mass per cell; outside the box there is none.
+        mass: Of each cell of a grid that fills the cube, of either sign; outside there is none.
         variance: v of the normal density it is convolved with, exactly; None: each node takes the mean density of the
             piece of space around it.
         counts: Which axes matter; along the others the density is the same everywhere.
     """
     from scipy.ndimage import spline_filter
 
-    mass = information.mass
     per_axis, low, spacing = [], [], []
     for axis, cells in enumerate(mass.shape):
         wanted = 1.0 / cells if variance is None else 0.5 * float(np.sqrt(variance[axis]))
@@ -127,18 +125,18 @@ def grid_field(
 
 
 def density_at_centers(
-    information: DensityGrid,
+    mass: Float[np.ndarray, "nx ny nz"],
     variance: Float[np.ndarray, "3"] | None = None,
     counts: tuple[bool, bool, bool] = (True, True, True),
 ) -> Float[np.ndarray, "nx ny nz"]:
     """What `grid_field` interpolates, at the centres of the cells."""
     per_axis = []
-    for axis, cells in enumerate(information.mass.shape):
+    for axis, cells in enumerate(mass.shape):
         edges = np.linspace(0.0, 1.0, cells + 1)
         place = 0.5 * (edges[1:] + edges[:-1])
         blur = None if variance is None else float(variance[axis])
         per_axis.append(_mean_over_cells(place, edges, 1.0 / cells, blur) if counts[axis] else np.ones((cells, cells)))
-    return np.einsum("xyz,ax,by,cz->abc", information.mass, *per_axis, optimize=True)
+    return np.einsum("xyz,ax,by,cz->abc", mass, *per_axis, optimize=True)
 
 
 def kernel_sum(

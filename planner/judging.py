@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import equinox as eqx
+import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
 from planner import gate
+from planner.kernel_metric import metric_of_places
 from planner.plan import Candidate
-from planner.problem import Covered, Options, Problem
+from planner.problem import Covered, Metric, Options, Problem
 from planner.spectral_metric import mean_basis, mode_weights
 from planner.trajectory import Samples, Trajectory
 
@@ -26,21 +29,24 @@ class Judge:
         self._modes = options.modes
         self._target = problem.information.coefficients(options.modes)
         self._weights = mode_weights(options.modes, options.metric_weights)
+        self._of_places = (
+            eqx.filter_jit(metric_of_places(problem, options)) if options.metric is Metric.KERNEL else None
+        )
 
-    def ergodic_metric(self, position_m: Float[np.ndarray, "time 3"], duration_s: float | None = None) -> float:
-        """E of equally long moments on a path, with what was covered before.
+    def ergodic_metric(self, position_m: Float[np.ndarray, "time 3"]) -> float:
+        """E of a path that takes the problem's time, with what was covered before.
 
         Args:
-            position_m: Shape (time, 3), metres.
-            duration_s: Time the path stands for; None: the problem's duration.
+            position_m: Positions at equally long moments, shape (time, 3), metres.
         """
         problem = self._problem
         unit = problem.workspace.unit_from_enu(position_m)
+        if self._of_places is not None:
+            return float(self._of_places(jnp.asarray(unit, jnp.float32), jnp.full(len(unit), 1.0 / len(unit))))
         mean = mean_basis(unit, np.full(len(unit), 1.0 / len(unit)), self._modes)
         covered: Covered | None = problem.covered
         if covered is not None:
-            time_s = problem.duration_s if duration_s is None else duration_s
-            share = covered.duration_s / (covered.duration_s + time_s)
+            share = covered.duration_s / (covered.duration_s + problem.duration_s)
             mean = share * covered.mean_basis + (1.0 - share) * mean
         return float(np.sum(self._weights * (mean - self._target) ** 2))
 

@@ -30,8 +30,9 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from planner.density_field import GridField, SampleField, density_at_centers, grid_field, kernel_sum
-from planner.information import DensityGrid
+from planner.information import DensityGrid, cell_mean_basis
 from planner.kernel_variance import select_variance, silverman_variance
+from planner.problem import Covered, Options, Problem
 
 IGNORED_VARIANCE = 1.0 / (2.0 * np.pi)
 """Of an axis that does not count: there the normal density of a difference of zero is one."""
@@ -55,9 +56,9 @@ class KernelMetric(eqx.Module):
         variance: θ of each axis.
         counts: 1 for the axes that matter, else 0.
         constant: What the path has no part in.
-        covered: Places (poses) covered before, shape (sample, axis).
+        covered: Poses covered before, shape (sample, axis); places are remembered in `attraction` instead.
         covered_weight: Share of the whole time that each stands for.
-        covered_share: Their sum, in [0, 1).
+        covered_share: Share of the past in the whole time, in [0, 1).
         wraps: Whether the last axis is a heading.
     """
 
@@ -86,8 +87,8 @@ def kernel_metric(
     attraction: Attraction = Attraction.BLURRED,
     counts: tuple[bool, bool, bool] = (True, True, True),
     variance_unit2: Float[np.ndarray, "3"] | None = None,
-    covered_unit: Float[np.ndarray, "sample 3"] | None = None,
-    covered_share: float = 0.0,
+    covered: Covered | None = None,
+    duration_s: float = 1.0,
     seed: int = 0,
 ) -> KernelMetric:
     """The metric of places (R³) for information on a grid.
@@ -97,17 +98,17 @@ def kernel_metric(
         attraction: What draws a path.
         counts: Which axes matter (as modes above one do in the spectral metric).
         variance_unit2: θ; None: by KES eq. (30) on samples of the information.
-        covered_unit: Places flown over before, equally long apart.
-        covered_share: Their share of the whole time.
+        covered: What was flown before; its density is the one its coefficients give back, blurred like a path's.
+        duration_s: Time of the path that will be measured; only its ratio to the covered time matters.
         seed: Of the samples.
 
     Raises:
-        ValueError: No axis counts, or a share of the past without places or not in [0, 1).
+        ValueError: No axis counts, or memory for the metric as printed.
     """
     if not any(counts):
         raise ValueError("a metric needs an axis that counts, got none")
     mask = np.array(counts)
-    plain = grid_field(information, counts=counts)
+    plain = grid_field(information.mass, counts=counts)
     variance = np.full(3, IGNORED_VARIANCE)
     if variance_unit2 is None:
         samples = sampled(information, PARAMETER_SAMPLES, np.random.default_rng(seed))
@@ -115,10 +116,41 @@ def kernel_metric(
         variance[mask] = select_variance(samples[:, mask], slope[:, mask], wraps=False)
     else:
         variance[mask] = np.asarray(variance_unit2, dtype=float)[mask]
+    share, wanted = 0.0, information.mass
+    if covered is not None:
+        if attraction is Attraction.AS_PRINTED:
+            raise ValueError("the metric as printed has no memory: use Attraction.BLURRED, or no covered path")
+        share = covered.duration_s / (covered.duration_s + duration_s)
+        wanted = wanted - share * _mass_of(covered.mean_basis, wanted.shape)
     blur = None if attraction is Attraction.AS_PRINTED else variance
-    field = plain if blur is None else grid_field(information, blur, counts)
-    own = float(np.sum(information.mass * density_at_centers(information, blur, counts)))
-    return _with_memory(field, variance, mask.astype(float), own, covered_unit, covered_share, wraps=False)
+    return KernelMetric(
+        attraction=plain if blur is None else grid_field(wanted, blur, counts),
+        variance=jnp.asarray(variance, jnp.float32),
+        counts=jnp.asarray(mask, jnp.float32),
+        constant=jnp.asarray(np.sum(wanted * density_at_centers(wanted, blur, counts)), jnp.float32),
+        covered=jnp.zeros((0, 3)),
+        covered_weight=jnp.zeros(0),
+        covered_share=jnp.asarray(share, jnp.float32),
+        wraps=False,
+    )
+
+
+def metric_of_places(problem: Problem, options: Options) -> KernelMetric:
+    """The metric of a problem: axes with one mode are left out, as in the spectral metric."""
+    first, second, third = (modes > 1 for modes in options.modes)
+    return kernel_metric(
+        problem.information,
+        counts=(first, second, third),
+        covered=problem.covered,
+        duration_s=problem.duration_s,
+        seed=options.seed,
+    )
+
+
+def _mass_of(mean_basis: Float[np.ndarray, "k0 k1 k2"], shape: tuple[int, ...]) -> Float[np.ndarray, "nx ny nz"]:
+    """The mass of each cell in the density Σ c_k F_k: what is known of a path from its coefficients."""
+    tables = [cell_mean_basis(cells, modes) / cells for cells, modes in zip(shape, mean_basis.shape, strict=True)]
+    return np.einsum("abc,xa,yb,zc->xyz", mean_basis, *tables, optimize=True)
 
 
 def pose_metric(
@@ -145,6 +177,8 @@ def pose_metric(
     Raises:
         ValueError: Weights that do not weigh, or a share of the past without poses or not in [0, 1).
     """
+    if not 0.0 <= covered_share < 1.0 or (covered_share > 0.0 and (covered is None or len(covered) == 0)):
+        raise ValueError(f"a share of the past lies in [0, 1) and needs poses, got {covered_share}")
     share = np.asarray(weight, dtype=float)
     if (share < 0.0).any() or not share.sum() > 0.0:
         raise ValueError("poses need weights that are not negative and not all zero")
@@ -161,7 +195,24 @@ def pose_metric(
     field = plain if attraction is Attraction.AS_PRINTED else _sample_field(poses, share, width + theta, wraps=True)
     spread = _sample_field(poses, share, width + np.asarray(field.variance), wraps=True)
     own = float(np.dot(np.asarray(spread(spread.centers)[0]), share))
-    return _with_memory(field, theta, np.ones(4), own, covered, covered_share, wraps=True)
+    past = np.zeros((0, 4)) if covered is None or covered_share == 0.0 else np.asarray(covered, dtype=float)
+    if len(past) > MOST_COVERED:
+        past = past[np.round(np.linspace(0, len(past) - 1, MOST_COVERED)).astype(int)]
+    flown = jnp.asarray(past, jnp.float32)
+    each = jnp.full(len(past), covered_share / max(len(past), 1), jnp.float32)
+    if len(past) > 0:
+        mutual, _ = kernel_sum(flown, flown, each, jnp.asarray(theta, jnp.float32), wraps=True)
+        own += float(jnp.dot(each, mutual - 2.0 * field(flown)[0]))
+    return KernelMetric(
+        attraction=field,
+        variance=jnp.asarray(theta, jnp.float32),
+        counts=jnp.ones(4, jnp.float32),
+        constant=jnp.asarray(own, jnp.float32),
+        covered=flown,
+        covered_weight=each,
+        covered_share=jnp.asarray(covered_share, jnp.float32),
+        wraps=True,
+    )
 
 
 def sampled(information: DensityGrid, count: int, generator: np.random.Generator) -> Float[np.ndarray, "sample 3"]:
@@ -177,39 +228,6 @@ def _sample_field(
 ) -> SampleField:
     arrays = (jnp.asarray(array, jnp.float32) for array in (poses, share, variance))
     return SampleField(*arrays, wraps=wraps)
-
-
-def _with_memory(
-    field: GridField | SampleField,
-    variance: np.ndarray,
-    counts: np.ndarray,
-    own: float,
-    covered: Float[np.ndarray, "sample axis"] | None,
-    covered_share: float,
-    wraps: bool,
-) -> KernelMetric:
-    """The metric, with the past's part of the sums worked out."""
-    if not 0.0 <= covered_share < 1.0 or (covered_share > 0.0 and (covered is None or len(covered) == 0)):
-        raise ValueError(f"a share of the past lies in [0, 1) and needs places, got {covered_share}")
-    past = np.zeros((0, len(variance))) if covered is None or covered_share == 0.0 else np.asarray(covered, dtype=float)
-    if len(past) > MOST_COVERED:
-        past = past[np.round(np.linspace(0, len(past) - 1, MOST_COVERED)).astype(int)]
-    places = jnp.asarray(past * counts, jnp.float32)
-    weight = jnp.full(len(past), covered_share / max(len(past), 1), jnp.float32)
-    theta = jnp.asarray(variance, jnp.float32)
-    if len(past) > 0:
-        mutual, _ = kernel_sum(places, places, weight, theta, wraps)
-        own += float(jnp.dot(weight, mutual - 2.0 * field(places)[0]))
-    return KernelMetric(
-        attraction=field,
-        variance=theta,
-        counts=jnp.asarray(counts, jnp.float32),
-        constant=jnp.asarray(own, jnp.float32),
-        covered=places,
-        covered_weight=weight,
-        covered_share=jnp.asarray(covered_share, jnp.float32),
-        wraps=wraps,
-    )
 
 
 @jax.custom_vjp

@@ -19,6 +19,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from planner.kernel_metric import KernelMetric, metric_of_places
 from planner.obstacles import ObstacleField
 from planner.polygon import KeepIn
 from planner.problem import Metric, Options, Problem
@@ -62,7 +63,7 @@ class Scene(eqx.Module):
         samples_per_segment: Samples of the curve on each segment.
     """
 
-    metric: SpectralMetric
+    metric: SpectralMetric | KernelMetric
     origin_m: Float[Array, "3"]
     lengths_m: Float[Array, "3"]
     first: Float[Array, "3 3"]
@@ -180,11 +181,7 @@ def knots_for(problem: Problem, options: Options) -> tuple[int, int]:
 
 
 def scene_of(problem: Problem, options: Options, segments: int, samples_per_segment: int) -> Scene:
-    """The arrays of a problem, for paths of a given number of segments.
-
-    Raises:
-        ValueError: A metric that the scene does not know.
-    """
+    """The arrays of a problem, for paths of a given number of segments."""
     match options.metric:
         case Metric.SPECTRAL:
             metric = SpectralMetric.of(
@@ -194,7 +191,7 @@ def scene_of(problem: Problem, options: Options, segments: int, samples_per_segm
                 problem.duration_s,
             )
         case Metric.KERNEL:
-            raise ValueError('the kernel metric is not wired to this solver: use metric = "spectral"')
+            metric = metric_of_places(problem, options)
     workspace, limits = problem.workspace, problem.limits
     interval_s = problem.duration_s / segments
     spacing_m = limits.max_speed_mps * interval_s / samples_per_segment

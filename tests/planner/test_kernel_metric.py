@@ -9,8 +9,14 @@ from scipy.stats import multivariate_normal, norm
 
 from planner.density_field import density_at_centers, grid_field, kernel_sum
 from planner.information import DensityGrid, gaussians, uniform
+from planner.judging import Judge
 from planner.kernel_metric import Attraction, KernelMetric, kernel_metric, pose_metric, sampled
 from planner.kernel_variance import select_variance, silverman_variance
+from planner.obstacles import ObstacleField
+from planner.problem import Covered, Limits, Metric, Options, Problem
+from planner.scene import scene_of
+from planner.spectral_metric import mean_basis
+from planner.trajectory import Motion
 from planner.workspace import Workspace
 
 WORKSPACE = Workspace(np.array([-10.0, 0.0, 5.0]), np.array([30.0, 20.0, 25.0]))
@@ -118,14 +124,31 @@ def test_an_axis_that_does_not_count_takes_no_part() -> None:
 
 def test_memory_makes_the_whole_flight_one_measure(peak: DensityGrid) -> None:
     past, future = path(30, 1), path(20, 2)
-    share = 0.6
-    remembered = kernel_metric(peak, variance_unit2=VARIANCE, covered_unit=past, covered_share=share)
+    share, modes = 0.6, (24, 24, 24)
+    flown = Covered(mean_basis(past, np.full(30, 1.0 / 30.0), modes), duration_s=60.0)
+    remembered = kernel_metric(peak, variance_unit2=VARIANCE, covered=flown, duration_s=40.0)
     plain = kernel_metric(peak, variance_unit2=VARIANCE)
     whole = jnp.asarray(np.concatenate([past, future]), jnp.float32)
     weight = jnp.asarray(np.r_[np.full(30, share / 30), np.full(20, (1.0 - share) / 20)], jnp.float32)
     horizon = jnp.full(20, 1.0 / 20.0)
     found, slope = jax.value_and_grad(lambda x: remembered(x, horizon))(whole[30:])
     expected, whole_slope = jax.value_and_grad(lambda x: plain(x, weight))(whole)
+    assert float(found) == pytest.approx(float(expected), rel=1e-2)
+    np.testing.assert_allclose(slope, whole_slope[30:], atol=1e-2 * np.abs(whole_slope).max())
+
+
+def test_memory_of_poses_makes_the_whole_flight_one_measure() -> None:
+    generator = np.random.default_rng(5)
+    poses = np.concatenate(
+        [generator.uniform(0.3, 0.7, size=(50, 3)), generator.uniform(-3.0, 3.0, size=(50, 1))], axis=1
+    )
+    theta, share = np.array([5e-3, 5e-3, 5e-3, 0.2]), 0.6
+    plain = pose_metric(poses, np.ones(50), variance=theta)
+    remembered = pose_metric(poses, np.ones(50), variance=theta, covered=poses[:30] + 0.1, covered_share=share)
+    whole = jnp.asarray(np.concatenate([poses[:30] + 0.1, poses[30:]]), jnp.float32)
+    weight = jnp.asarray(np.r_[np.full(30, share / 30), np.full(20, (1.0 - share) / 20)], jnp.float32)
+    expected, whole_slope = jax.value_and_grad(lambda x: plain(x, weight))(whole)
+    found, slope = jax.value_and_grad(lambda x: remembered(x, jnp.full(20, 0.05)))(whole[30:])
     assert float(found) == pytest.approx(float(expected), rel=1e-4)
     np.testing.assert_allclose(slope, whole_slope[30:], atol=1e-5 * np.abs(whole_slope).max())
 
@@ -176,19 +199,19 @@ def test_the_automatic_variance_follows_the_width_of_the_information() -> None:
 
 
 def test_a_blurred_grid_is_the_convolution(peak: DensityGrid) -> None:
-    field = grid_field(peak, VARIANCE)
+    field = grid_field(peak.mass, VARIANCE)
     points = path(50)
     value, slope = field(jnp.asarray(points, jnp.float32))
     expected = normal(points, MEAN_UNIT, STD_UNIT**2 + VARIANCE)
     np.testing.assert_allclose(value, expected, atol=2e-3 * expected.max())
     numeric = -expected[:, None] * (points - MEAN_UNIT) / (STD_UNIT**2 + VARIANCE)
     np.testing.assert_allclose(slope, numeric, atol=5e-3 * np.abs(numeric).max())
-    centers = density_at_centers(peak, VARIANCE)
+    centers = density_at_centers(peak.mass, VARIANCE)
     assert float(centers.max()) == pytest.approx(float(normal(MEAN_UNIT, MEAN_UNIT, STD_UNIT**2 + VARIANCE)), rel=1e-2)
 
 
 def test_the_gradient_of_a_grid_is_continuous_across_its_nodes(peak: DensityGrid) -> None:
-    field = grid_field(peak)
+    field = grid_field(peak.mass)
     node = np.asarray(field.low + 40 * field.spacing)
     either_side = jnp.asarray(np.stack([node - 1e-5, node + 1e-5]), jnp.float32)
     _, slope = field(either_side)
@@ -263,10 +286,36 @@ def test_silvermans_rule_has_its_known_value_and_knows_the_circle() -> None:
     np.testing.assert_allclose(found, [factor * 0.01, factor * 0.04], rtol=0.06)
 
 
+def test_the_solver_and_its_judge_measure_alike_and_leave_out_the_same_axes() -> None:
+    information = gaussians(WORKSPACE, np.array([[0.0, 8.0, 15.0]]), np.array([[6.0, 3.0, 4.0]]), np.ones(1))
+    flown = Covered(mean_basis(path(30, 1), np.full(30, 1.0 / 30.0), (8, 8, 1)), 50.0)
+    problem = Problem(
+        workspace=WORKSPACE,
+        information=information,
+        obstacles=ObstacleField.of([]),
+        limits=Limits(5.0, 3.0, 3.0, 5.0),
+        start=Motion.at_rest(np.array([0.0, 10.0, 15.0])),
+        end_position_m=None,
+        duration_s=40.0,
+        vehicle_radius_m=0.0,
+        clearance_margin_m=0.0,
+        covered=flown,
+    )
+    options = Options(modes=(8, 8, 1), metric=Metric.KERNEL)
+    scene = scene_of(problem, options, 16, 2)
+    assert isinstance(scene.metric, KernelMetric)
+    points = path(60, 4)
+    judged = Judge(problem, options).ergodic_metric(WORKSPACE.enu_from_unit(points))
+    assert float(scene.ergodic_metric(jnp.asarray(points, jnp.float32))) == pytest.approx(judged, rel=1e-4)
+    np.testing.assert_array_equal(scene.metric.counts, [1.0, 1.0, 0.0])
+
+
 def test_what_makes_no_metric_is_refused(peak: DensityGrid) -> None:
     with pytest.raises(ValueError, match="an axis that counts"):
         kernel_metric(peak, counts=(False, False, False))
     with pytest.raises(ValueError, match="share of the past"):
-        kernel_metric(peak, variance_unit2=VARIANCE, covered_share=0.5)
+        pose_metric(np.zeros((3, 4)), np.ones(3), covered_share=0.5)
+    with pytest.raises(ValueError, match="no memory"):
+        kernel_metric(peak, attraction=Attraction.AS_PRINTED, covered=Covered(np.zeros((2, 2, 2)), 1.0))
     with pytest.raises(ValueError, match="not all zero"):
         pose_metric(np.zeros((3, 4)), np.zeros(3))
