@@ -2,11 +2,11 @@
 
 φ(x_j) = (1/N) Σ_i [ k(x_i, x_j) ∇log p(x_i|O) + γ ∇_{x_i} k(x_i, x_j) ], p(x|O) ∝ p(x) exp(−λ L(x)) (SVES eqs. 9–12).
 
-| symbol | identifier          | unit | shape           |
-|--------|---------------------|------|-----------------|
-| x_i    | `particles`         | unit | particle knot 3 |
-| ∇log p | `score`             | 1    | particle knot 3 |
-| γ      | `repulsion_weight`  | 1    |                 |
+| symbol | identifier          | unit | shape              |
+|--------|---------------------|------|--------------------|
+| x_i    | `particles`         | unit | particle knot axis |
+| ∇log p | `score`             | 1    | particle knot axis |
+| γ      | `repulsion_weight`  | 1    |                    |
 
 Departures from the paper:
 1. Repulsion fades (cosine to zero over the first three quarters): kept up, it holds every path away from its optimum,
@@ -39,27 +39,27 @@ class State(eqx.Module):
     """What the next step needs.
 
     Attributes:
-        particles: Free control points of every candidate, unit cube.
+        particles: Free control points (or controls) of every candidate, unit cube.
         momentum: Running direction.
         index: Steps taken.
     """
 
-    particles: Float[Array, "particle knot 3"]
-    momentum: Float[Array, "particle knot 3"]
+    particles: Float[Array, "particle knot axis"]
+    momentum: Float[Array, "particle knot axis"]
     index: Int[Array, ""]
 
 
-def init(particles: Float[Array, "particle knot 3"]) -> State:
+def init(particles: Float[Array, "particle knot axis"]) -> State:
     """Start from a set of candidates."""
     return State(particles, jnp.zeros_like(particles), jnp.zeros((), jnp.int32))
 
 
 def direction(
     kernel: Kernel,
-    particles: Float[Array, "particle knot 3"],
-    score: Float[Array, "particle knot 3"],
+    particles: Float[Array, "particle knot axis"],
+    score: Float[Array, "particle knot axis"],
     repulsion_weight: float | Float[Array, ""],
-) -> Float[Array, "particle knot 3"]:
+) -> Float[Array, "particle knot axis"]:
     """The Stein direction φ of every particle."""
     gram, repulsion = kernel_terms(kernel, particles)
     attraction = jnp.einsum("ij,ikd->jkd", gram, score)
@@ -74,7 +74,7 @@ def smoother(knots: int) -> Float[np.ndarray, "knot knot"]:
 
 def step(
     state: State,
-    score: Float[Array, "particle knot 3"],
+    score: Float[Array, "particle knot axis"],
     kernel: Kernel,
     smooth: Float[Array, "knot knot"],
     steps: int,
@@ -95,18 +95,18 @@ def step(
 
 
 def sves_step(
-    particles: Float[Array, "particle knot 3"],
-    score: Float[Array, "particle knot 3"],
+    particles: Float[Array, "particle knot axis"],
+    score: Float[Array, "particle knot axis"],
     kernel: Kernel,
     step_size: float,
-) -> Float[Array, "particle knot 3"]:
+) -> Float[Array, "particle knot axis"]:
     """The paper's own step, x ← x + εφ (SVES Alg. 1)."""
     return particles + step_size * direction(kernel, particles, score, 1.0)
 
 
 def separated(
-    particles: Float[Array, "particle knot 3"], key: Array, distance_unit: float = 1e-3
-) -> Float[Array, "particle knot 3"]:
+    particles: Float[Array, "particle knot axis"], key: Array, distance_unit: float = 1e-3
+) -> Float[Array, "particle knot axis"]:
     """The same set with candidates that coincide moved apart: coincident particles never part by themselves."""
     count = particles.shape[0]
     gap = jnp.sqrt(jnp.mean(jnp.sum((particles[:, None] - particles[None]) ** 2, axis=-1), axis=-1))
