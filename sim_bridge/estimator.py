@@ -57,8 +57,9 @@ class Estimator:
     def regain_gps(self, now_s: float) -> None:
         """GPS gives positions again: the estimate is set to them."""
         if self._lost_s is not None:
+            if not self.valid(now_s):
+                self._regained_s = now_s
             self._lost_s = None
-            self._regained_s = now_s
             self._moved_m = self.gps_glitch_ned_m
             self.resets += 1
 
