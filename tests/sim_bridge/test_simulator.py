@@ -16,11 +16,12 @@ from mavsdk.plugins.offboard import AccelerationNed, Offboard, PositionNedYaw, V
 from mavsdk.plugins.param import Param
 from mavsdk.plugins.telemetry import FlightMode, LandedState, Telemetry
 
-from sim_bridge.simulator import Spawned, spawn
+from sim_bridge.link_autopilot import Autopilot
+from sim_bridge.simulator import spawn
 from sim_bridge.state import GeodeticPoint
 
 GROUND = GeodeticPoint(47.3977, 8.5456, 488.0)
-SPEED = 5.0
+SPEED = 10.0
 
 
 class Client:
@@ -34,6 +35,11 @@ class Client:
         assert system is not None, "no heartbeat"
         self.action, self.telemetry, self.offboard = Action(system), Telemetry(system), Offboard(system)
         self.param, self.missions, self.fence = Param(system), MissionRaw(system), Geofence(system)
+        # ArduPilot tells next to nothing until it is asked.
+        self.telemetry.set_rate_position(20.0)
+        self.telemetry.set_rate_position_velocity_ned(20.0)
+        self.telemetry.set_rate_home(2.0)
+        self.telemetry.set_rate_landed_state(5.0)
 
     def wait_for(self, what: Callable[[], bool], wall_s: float = 20.0) -> None:
         """Poll until something is so."""
@@ -42,34 +48,51 @@ class Client:
             assert time.monotonic() < until_s, "it did not come about in time"
             time.sleep(0.02)
 
+    def arm(self, wall_s: float = 20.0) -> None:
+        """Arm as soon as the vehicle allows it."""
+        until_s = time.monotonic() + wall_s
+        while True:
+            try:
+                self.action.arm()
+                return
+            except ActionError:
+                assert time.monotonic() < until_s, "it never became ready"
+                time.sleep(0.2)
+
     def height_m(self) -> float:
         """Above home."""
         return self.telemetry.position().relative_altitude_m
+
+    def velocity_mps(self) -> tuple[float, float, float]:
+        velocity = self.telemetry.position_velocity_ned().velocity
+        return velocity.north_m_s, velocity.east_m_s, velocity.down_m_s
 
     def close(self) -> None:
         self._sdk.destroy()
 
 
-@pytest.fixture
-def simulator() -> Iterator[Spawned]:
-    spawned = spawn(GROUND, speed=SPEED, parameters=[("COM_OBL_RC_ACT", 5)])
-    yield spawned
-    spawned.stop()
+@pytest.fixture(params=list(Autopilot), ids=lambda autopilot: autopilot.name.lower())
+def autopilot(request: pytest.FixtureRequest) -> Autopilot:
+    return request.param
 
 
 @pytest.fixture
-def client(simulator: Spawned) -> Iterator[Client]:
-    found = Client(simulator.address)
-    yield found
-    found.close()
+def client(autopilot: Autopilot) -> Iterator[Client]:
+    spawned = spawn(GROUND, speed=SPEED, autopilot=autopilot)
+    try:
+        found = Client(spawned.address)
+        yield found
+        found.close()
+    finally:
+        spawned.stop()
 
 
-def test_mavsdk_arms_takes_off_flies_a_circle_in_offboard_and_lands(client: Client):
-    client.wait_for(lambda: client.telemetry.health().is_armable)
+def test_mavsdk_arms_takes_off_flies_a_circle_returns_and_lands(client: Client):
     client.action.set_takeoff_altitude(12.0)
-    client.action.arm()
+    client.arm()
     client.action.takeoff()
-    client.wait_for(lambda: client.telemetry.flight_mode() is FlightMode.HOLD and client.height_m() > 11.0)
+    client.wait_for(lambda: client.height_m() > 11.0)
+    client.wait_for(lambda: math.hypot(*client.velocity_mps()) < 0.3)
 
     start = client.telemetry.position_velocity_ned().position
     radius_m, rate = 10.0, 0.4
@@ -100,31 +123,39 @@ def test_mavsdk_arms_takes_off_flies_a_circle_in_offboard_and_lands(client: Clie
     assert client.telemetry.flight_mode() is FlightMode.OFFBOARD
     assert sum(offsets_m) / len(offsets_m) < 0.5
 
+    client.action.return_to_launch()
+    client.wait_for(lambda: client.telemetry.flight_mode() is FlightMode.RETURN_TO_LAUNCH)
     client.action.land()
     client.wait_for(lambda: not client.telemetry.armed(), wall_s=40.0)
     assert client.telemetry.landed_state() is LandedState.ON_GROUND
 
 
-def test_mavsdk_reads_parameters_and_gets_missions_and_fences_back(client: Client):
-    assert client.param.get_param_float("MPC_XY_VEL_MAX") == pytest.approx(12.0)
-    client.param.set_param_int("COM_OBL_RC_ACT", 4)
-    assert client.param.get_param_int("COM_OBL_RC_ACT") == 4
+def test_mavsdk_writes_parameters_and_reads_them_back(client: Client, autopilot: Autopilot):
+    match autopilot:
+        case Autopilot.PX4:
+            whole, real, value = "COM_OBL_RC_ACT", "MPC_XY_VEL_MAX", 9.5
+        case Autopilot.ARDUPILOT:
+            whole, real, value = "FENCE_ENABLE", "WPNAV_SPEED", 950.0
+    client.param.set_param_int(whole, 1)
+    assert client.param.get_param_int(whole) == 1
+    client.param.set_param_float(real, value)
+    assert client.param.get_param_float(real) == pytest.approx(value)
 
+
+def test_mavsdk_uploads_a_mission_and_a_fence_and_reads_the_mission_back(client: Client):
     latitude_e7, longitude_e7 = round(GROUND.latitude_deg * 1e7), round(GROUND.longitude_deg * 1e7)
     items = [
-        MissionItem(
-            seq, 6, 16, int(seq == 0), 1, 0.0, 2.0, 0.0, math.nan, latitude_e7 + 1000 * seq, longitude_e7, 20.0, 0
-        )
+        MissionItem(seq, 6, 16, int(seq == 0), 1, 0.0, 2.0, 0.0, 0.0, latitude_e7 + 1000 * seq, longitude_e7, 20.0, 0)
         for seq in range(5)
     ]
     client.missions.upload_mission(items)
     back = client.missions.download_mission()
-    assert [(item.seq, item.command, item.x, item.y, item.z) for item in back] == [
-        (item.seq, item.command, item.x, item.y, item.z) for item in items
-    ]
-    around = [
-        Point(GROUND.latitude_deg + a, GROUND.longitude_deg + b) for a, b in ((1e-3, 0), (-1e-3, 1e-3), (-1e-3, -1e-3))
-    ]
+    assert [(item.seq, item.command) for item in back] == [(item.seq, item.command) for item in items]
+    # ArduPilot's item 0 is home, whatever was sent.
+    for got, put in list(zip(back, items, strict=True))[1:]:
+        assert (got.x, got.y, got.z) == (pytest.approx(put.x, abs=2), pytest.approx(put.y, abs=2), put.z)
+    corners = ((1e-3, 0.0), (-1e-3, 1e-3), (-1e-3, -1e-3))
+    around = [Point(GROUND.latitude_deg + north, GROUND.longitude_deg + east) for north, east in corners]
     client.fence.upload_geofence(GeofenceData([Polygon(around, FenceType.INCLUSION)], []))
 
 
