@@ -5,9 +5,8 @@ from __future__ import annotations
 import json
 from collections.abc import Sequence
 
-from sim_bridge.frames import geodetic_from_enu
-
 from mission.plan_file import Corner, PlanFile, Vector
+from sim_bridge.frames import geodetic_from_enu
 from sim_bridge.state import GeodeticPoint
 
 
