@@ -10,6 +10,7 @@ from __future__ import annotations
 import dataclasses
 import multiprocessing
 import os
+import signal
 import threading
 import time
 from collections.abc import Callable
@@ -111,18 +112,20 @@ def _serve(connection: Connection, solve: Solve) -> None:
     """The other process: asks for a request, answers it, until the line closes."""
     from mission.planning import keep_compiled
 
+    # Ctrl-C is for the flight, which still has a way to fly then.
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
     os.nice(_NICE)
     keep_compiled()
     while True:
         try:
             request = connection.recv()
-        except (EOFError, KeyboardInterrupt):
+        except EOFError:
             return
         if request is None:
             return
         try:
             connection.send(solve(request))
-        except (BrokenPipeError, KeyboardInterrupt):
+        except BrokenPipeError:
             return
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import os
 import signal
 import sys
 import time
@@ -109,6 +110,7 @@ def run(
     record: Annotated[
         Path | None, typer.Option(help="Keep everything heard and sent in this folder: vehicle-1.tlog, …")
     ] = None,
+    with_parent: Annotated[bool, typer.Option("--with-parent", help="End when what started it has ended.")] = False,
     as_json: Annotated[bool, typer.Option("--json", help="Say what runs as one JSON object.")] = False,
 ) -> None:
     """Fly kinematic vehicles that speak MAVLink 2 over UDP on this machine, until interrupted."""
@@ -145,6 +147,7 @@ def run(
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     stopped: list[int] = []
+    parent = os.getppid()
     for number in (signal.SIGTERM, signal.SIGINT):
         signal.signal(number, lambda got, _frame: stopped.append(got))
     ports = [port + index for index in range(vehicles)]
@@ -154,7 +157,7 @@ def run(
         targets = ", ".join(f"udp://127.0.0.1:{one}" for one in ports)
         print(f"{vehicles} × {autopilot} sending to {targets}; Ctrl-C ends", file=sys.stderr)
     try:
-        simulator.run(lambda: bool(stopped))
+        simulator.run(lambda: bool(stopped) or (with_parent and os.getppid() != parent))
     finally:
         simulator.close()
         for log in logs:

@@ -210,11 +210,12 @@ def spawn(
     command = [
         sys.executable, "-m", "sim_bridge", "--json", "--port", str(port), "--speed", str(speed), "--origin", place,
         "--endurance", str(endurance_s), "--ready-after", str(ready_after_s), "--seed", str(seed),
-        "--autopilot", autopilot.name.lower(), "--airframe", kind.value, "--wander", str(wander_m),
+        "--autopilot", autopilot.name.lower(), "--airframe", kind.value, "--wander", str(wander_m), "--with-parent",
     ]  # fmt: skip
     for name, value in parameters:
         command += ["--param", f"{name}={value:g}"]
-    process = subprocess.Popen([*command, *arguments], stdout=subprocess.PIPE, text=True)
+    # A session of its own: Ctrl-C is for the flight, which then flies home and needs its vehicle for that.
+    process = subprocess.Popen([*command, *arguments], stdout=subprocess.PIPE, text=True, start_new_session=True)
     assert process.stdout is not None
     line = process.stdout.readline()
     if not line:
