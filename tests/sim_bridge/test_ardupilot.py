@@ -326,3 +326,32 @@ def test_velocity_and_acceleration_each_help_to_follow_a_circle():
     assert velocity < 0.6
     assert acceleration < 0.35
     assert acceleration <= velocity + 0.02
+
+
+@pytest.mark.parametrize(("system", "expected"), [(255, RTL), (245, GUIDED)])
+def test_the_ground_station_failsafe_watches_system_255(system, expected):
+    gs = station(parameters=(("FS_GCS_ENABLE", 1),))
+    take_off(gs)
+    watched = GroundStation(gs.vehicle, system=system)
+    heartbeat = mavlink.MAVLink_heartbeat_message(mavlink.MAV_TYPE_GCS, mavlink.MAV_AUTOPILOT_INVALID, 0, 0, 4, 3)
+
+    def beat() -> None:
+        watched.now_s = gs.now_s
+        watched.send(heartbeat)
+
+    gs.wait(10.0, each_s=1.0, do=beat)
+    assert mode(gs) == GUIDED
+    gs.wait(8.0)
+    assert mode(gs) == expected
+
+
+def test_an_unknown_command_is_unsupported_and_an_unknown_parameter_gets_no_reply():
+    gs = station()
+    assert gs.command(31999) == mavlink.MAV_RESULT_UNSUPPORTED
+    assert gs.send(mavlink.MAVLink_param_request_read_message(1, 1, b"NO_SUCH", -1)) == []
+
+
+def test_home_is_not_the_origin():
+    gs = station()
+    home, origin = gs.last("HOME_POSITION"), gs.last("GPS_GLOBAL_ORIGIN")
+    assert 1.0 <= abs(home.altitude - origin.altitude) * 1e-3 <= 2.0

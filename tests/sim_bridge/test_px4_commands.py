@@ -4,6 +4,7 @@ import math
 import struct
 
 import pytest
+from pyproj import Proj
 
 from sim_bridge.body import VehicleConfig
 from sim_bridge.px4 import Px4
@@ -325,3 +326,35 @@ def test_a_return_climbs_crosses_and_lands_at_home():
     assert math.hypot(gs.position[0] - home.x, gs.position[1] - home.y) < 1.5
     assert max(heights) > 20.0
     assert gs.last("EXTENDED_SYS_STATE").landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND
+
+
+def test_a_long_command_is_in_progress_until_it_is_done():
+    gs = station()
+    assert gs.command(mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE, 1.0) == mavlink.MAV_RESULT_IN_PROGRESS
+    gs.wait(10.0)
+    assert gs.command(mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE, 1.0) == mavlink.MAV_RESULT_IN_PROGRESS
+    assert 0 < gs.last("COMMAND_ACK").progress < 100
+    gs.wait(15.0)
+    assert gs.command(mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE, 1.0) == ACCEPTED
+
+
+def test_the_estimate_wanders_by_the_better_part_of_a_metre():
+    gs = station()
+    offsets = []
+    for _ in range(300):
+        gs.wait(1.0)
+        offsets.append(math.dist(gs.position, gs.vehicle.body.rotor.position_ned_m))
+    assert 0.4 < max(offsets) < 1.2
+
+
+def test_positions_of_the_map_are_those_of_a_sphere():
+    gs = station()
+    gs.take_off()
+    far = (900.0, 700.0, -20.0)
+    gs.wait(1.0, do=lambda: gs.setpoint(far))
+    gs.px4_mode(OFFBOARD)
+    gs.wait(150.0, do=lambda: gs.setpoint(far))
+    here, origin = gs.last("GLOBAL_POSITION_INT"), gs.last("GPS_GLOBAL_ORIGIN")
+    sphere = Proj(proj="aeqd", R=6_371_000.0, lat_0=origin.latitude * 1e-7, lon_0=origin.longitude * 1e-7)
+    east, north = sphere(here.lon * 1e-7, here.lat * 1e-7)
+    assert (north, east) == (pytest.approx(gs.position[0], abs=0.3), pytest.approx(gs.position[1], abs=0.3))

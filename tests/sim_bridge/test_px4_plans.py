@@ -272,3 +272,27 @@ def test_a_breach_in_offboard_holds_while_the_stream_runs_on(fence):
     assert gs.status == mavlink.MAV_STATE_CRITICAL
     assert gs.position[0] < 40.0
     assert math.hypot(*gs.velocity) < 0.5
+
+
+@pytest.mark.parametrize(
+    ("frame", "result"),
+    [
+        (mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, mavlink.MAV_MISSION_ACCEPTED),
+        (mavlink.MAV_FRAME_GLOBAL, mavlink.MAV_MISSION_UNSUPPORTED_FRAME),
+    ],
+)
+def test_rally_points_are_relative_to_home_only(frame, result):
+    rally = [item(0, mavlink.MAV_CMD_NAV_RALLY_POINT, kind=RALLIES, frame=frame)]
+    assert upload(station(), rally, RALLIES) == result
+
+
+def test_a_second_ground_station_that_uploads_meanwhile_is_refused_and_the_first_goes_on():
+    gs = station()
+    other = GroundStation(gs.vehicle, system=255)
+    other.now_s = gs.now_s
+    gs.send(mavlink.MAVLink_mission_count_message(1, 1, 2, MISSIONS))
+    (ack,) = other.send(mavlink.MAVLink_mission_count_message(1, 1, 1, MISSIONS))
+    assert ack.type == mavlink.MAV_MISSION_ERROR
+    gs.send(item(0))
+    (ack,) = gs.send(item(1))
+    assert ack.type == mavlink.MAV_MISSION_ACCEPTED
