@@ -14,6 +14,7 @@ CELLS = 4
 FULL_CELL_V = 4.2
 EMPTY_CELL_V = 3.5
 _NO_CELL_MV = 65535
+_LARGEST_FLOAT = 3.4e38
 _SENSORS = (
     mavlink.MAV_SYS_STATUS_SENSOR_3D_GYRO
     | mavlink.MAV_SYS_STATUS_SENSOR_3D_ACCEL
@@ -142,7 +143,7 @@ def _home_position(body: Body, standing: Standing) -> Message:
     home = body.geodetic(body.home_ned_m)
     return mavlink.MAVLink_home_position_message(
         _e7(home.latitude_deg), _e7(home.longitude_deg), _mm(home.altitude_amsl_m),
-        *body.home_ned_m, [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0,
+        *map(_float32, body.home_ned_m), [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0,
     )  # fmt: skip
 
 
@@ -195,11 +196,11 @@ def _position_target(body: Body, standing: Standing) -> Message | None:
     if target is None:
         return None
     mask = sum(1 << axis for axis, value in enumerate(target.position_ned_m) if value is None)
-    x, y, z = (0.0 if value is None else value for value in target.position_ned_m)
+    position = (0.0 if value is None else value for value in target.position_ned_m)
+    asked = (*position, *(target.velocity_ned_mps or STILL), *target.acceleration_ned_mps2)
     return mavlink.MAVLink_position_target_local_ned_message(
-        _ms(standing), mavlink.MAV_FRAME_LOCAL_NED, mask, x, y, z, *(target.velocity_ned_mps or STILL),
-        *target.acceleration_ned_mps2, target.yaw_rad or 0.0, 0.0,
-    )  # fmt: skip
+        _ms(standing), mavlink.MAV_FRAME_LOCAL_NED, mask, *map(_float32, asked), target.yaw_rad or 0.0, 0.0
+    )
 
 
 _MAKERS = {
@@ -229,6 +230,11 @@ def _percent(body: Body) -> int:
 
 def _ms(standing: Standing) -> int:
     return int(1e3 * standing.boot_s + 0.5) & 0xFFFFFFFF
+
+
+def _float32(value: float) -> float:
+    """What fits the field: absurd places can be asked for."""
+    return max(-_LARGEST_FLOAT, min(_LARGEST_FLOAT, value))
 
 
 def _e7(degrees: float) -> int:
