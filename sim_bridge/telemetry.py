@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from sim_bridge.body import Body
 from sim_bridge.codec import Message, mavlink
 from sim_bridge.kinematics import GRAVITY_MPS2, STILL, Target
+from sim_bridge.state import Vector
 
 CELLS = 4
 FULL_CELL_V = 4.2
@@ -143,7 +144,7 @@ def _home_position(body: Body, standing: Standing) -> Message:
     home = body.geodetic(body.home_ned_m)
     return mavlink.MAVLink_home_position_message(
         _e7(home.latitude_deg), _e7(home.longitude_deg), _mm(home.altitude_amsl_m),
-        *map(_float32, body.home_ned_m), [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0,
+        *_fitting(body.home_ned_m), [1.0, 0.0, 0.0, 0.0], 0.0, 0.0, 0.0,
     )  # fmt: skip
 
 
@@ -196,11 +197,12 @@ def _position_target(body: Body, standing: Standing) -> Message | None:
     if target is None:
         return None
     mask = sum(1 << axis for axis, value in enumerate(target.position_ned_m) if value is None)
-    position = (0.0 if value is None else value for value in target.position_ned_m)
-    asked = (*position, *(target.velocity_ned_mps or STILL), *target.acceleration_ned_mps2)
+    x, y, z = (0.0 if value is None else value for value in target.position_ned_m)
     return mavlink.MAVLink_position_target_local_ned_message(
-        _ms(standing), mavlink.MAV_FRAME_LOCAL_NED, mask, *map(_float32, asked), target.yaw_rad or 0.0, 0.0
-    )
+        _ms(standing), mavlink.MAV_FRAME_LOCAL_NED, mask, *_fitting((x, y, z)),
+        *_fitting(target.velocity_ned_mps or STILL), *_fitting(target.acceleration_ned_mps2),
+        target.yaw_rad or 0.0, 0.0,
+    )  # fmt: skip
 
 
 _MAKERS = {
@@ -232,9 +234,10 @@ def _ms(standing: Standing) -> int:
     return int(1e3 * standing.boot_s + 0.5) & 0xFFFFFFFF
 
 
-def _float32(value: float) -> float:
-    """What fits the field: absurd places can be asked for."""
-    return max(-_LARGEST_FLOAT, min(_LARGEST_FLOAT, value))
+def _fitting(vector: Vector) -> Vector:
+    """What fits the fields: absurd places can be asked for."""
+    x, y, z = (max(-_LARGEST_FLOAT, min(_LARGEST_FLOAT, value)) for value in vector)
+    return x, y, z
 
 
 def _e7(degrees: float) -> int:
