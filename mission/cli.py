@@ -13,6 +13,7 @@ from mission.verbs.fly import fly
 from mission.verbs.plan import plan
 from mission.verbs.push import push
 from mission.verbs.report import report
+from mission.verbs.resume import resume
 from mission.verbs.view import view
 
 app = typer.Typer(
@@ -26,6 +27,7 @@ app = typer.Typer(
 app.command()(check)
 app.command()(plan)
 app.command()(fly)
+app.command()(resume)
 app.command()(push)
 app.command()(export)
 app.command()(view)

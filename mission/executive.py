@@ -172,7 +172,9 @@ class Executive:
                 if event.exploration is not None:
                     self.exploration = event.exploration
                 self._last_item = event.last_item
-                self._fire(Trigger.CHECKS_FAILED if event.problems else Trigger.CHECKS_PASSED, now_s)
+                aloft = self.state is not None and self.state.aloft
+                passed = Trigger.CHECKS_PASSED_ALOFT if aloft else Trigger.CHECKS_PASSED
+                self._fire(Trigger.CHECKS_FAILED if event.problems else passed, now_s)
             case CommandDone():
                 self._command_done(event, now_s)
             case WayFound():
@@ -227,7 +229,7 @@ class Executive:
             case Phase.CONNECTING | Phase.WAITING_READY:
                 self._fire(Trigger.CONNECTED, now_s)
                 self._tell_waiting(state.waiting_for)
-                if state.ready:
+                if state.ready or state.aloft:
                     self._fire(Trigger.READY, now_s)
             case Phase.BLIND:
                 trigger = readings.heard_again(state, self._told_to_return, self._rejoins < REJOINS)

@@ -93,6 +93,7 @@ class FlightSettings:
         speed: How fast the built-in vehicle's time runs.
         folder: Where everything about the flight goes.
         from_s: Curve time at which the exploration begins, in a flight that is resumed.
+        flown_m: What was explored before, in a flight that is resumed; None: nothing.
     """
 
     link: str
@@ -100,6 +101,12 @@ class FlightSettings:
     speed: float
     folder: Path
     from_s: float | None = None
+    flown_m: np.ndarray | None = None
+
+    @property
+    def resumed(self) -> bool:
+        """Whether it goes on with an earlier flight."""
+        return self.flown_m is not None
 
 
 def fly(planned: Planned, *, folder: Path | None = None, speed: float = 1.0, watcher: Watcher | None = None) -> Flown:
@@ -153,13 +160,15 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
     mission, problem = planned.mission, planned.problem
     exploration = planned.plan.best.trajectory
     recorder = Recorder(settings.folder, _header(planned, settings))
-    write_durably(settings.folder / MISSION_NAME, json.dumps(mission.model_dump(mode="json", exclude_none=True)))
-    files = write_outputs(planned, settings.folder)
-    recorder.course(0.0, exploration, "plan")
+    files: list[Path] = []
+    if not settings.resumed:
+        write_durably(settings.folder / MISSION_NAME, json.dumps(mission.model_dump(mode="json", exclude_none=True)))
+        files = write_outputs(planned, settings.folder)
+    recorder.course(0.0, exploration, "resumed" if settings.resumed else "plan")
     replanner = Replanner() if mission.replanning.enabled and settings.method is FlightMethod.OFFBOARD else None
     rate = settings.speed if settings.link == _SIM else 1.0
     clock = FlightClock(time.monotonic(), rate)
-    belief = Belief(problem)
+    belief = Belief(problem, settings.flown_m)
     assignment = assignment_of(planned, settings.method)
     energy = energy_of(mission, problem)
     executive = Executive(assignment, monitors_of(mission, belief, energy), from_s=settings.from_s, patience=rate)
@@ -179,6 +188,7 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
                 assignment,
                 lambda: _upload(link, planned, settings.method),
                 lambda: cycle is None or cycle.warm,
+                settings.from_s,
             )
             loop = FlightLoop(executive, link, clock, streamer, recorder, belief, cycle, ground, watcher)
             try:
@@ -291,6 +301,7 @@ def _header(planned: Planned, settings: FlightSettings) -> dict[str, Any]:
         "link": settings.link,
         "mode": settings.method.value,
         "speed": settings.speed,
+        "resumed": settings.resumed,
         "started": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
     }
 

@@ -181,6 +181,8 @@ class FlightLoop:
         self._receive(event, now_s)
 
     def _receive(self, event: Event, now_s: float) -> None:
+        if isinstance(event, Checked) and event.exploration is not self.executive.exploration and event.exploration:
+            self._recorder.course(now_s, event.exploration, "slowed")
         self._act(self.executive.receive(event, now_s), now_s)
 
     def _act(self, actions: list[Action], now_s: float) -> None:

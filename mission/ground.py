@@ -49,6 +49,7 @@ class Ground:
         assignment: What this flight is to do.
         prepare: What else must be done before arming.
         warm: Whether replans are quick already: the ground is the place to wait for a compiler.
+        from_s: Curve time at which the exploration begins, where a part of it was flown before.
     """
 
     def __init__(
@@ -61,7 +62,9 @@ class Ground:
         assignment: Assignment,
         prepare: Prepare,
         warm: Callable[[], bool],
+        from_s: float | None = None,
     ) -> None:
+        self._from_s = from_s
         self._warm = warm
         self.mission = mission
         self._belief = belief
@@ -83,10 +86,9 @@ class Ground:
             self._belief.problem = slower
         home = state.home_enu_m or state.position_enu_m
         altitude_m = self._assignment.takeoff_altitude_m
-        problems = [
-            *settings.problems,
-            *preflight.place_problems(state, self.mission.home_enu_m, planned, altitude_m),
-        ]
+        problems = list(settings.problems)
+        if not state.aloft:
+            problems += preflight.place_problems(state, self.mission.home_enu_m, planned, altitude_m)
         if not problems:
             problems += self._way_problems(state, home, exploration)
         last_item = None
@@ -103,10 +105,12 @@ class Ground:
     def _way_problems(self, state: VehicleState, home: Vector, exploration: Trajectory) -> list[str]:
         """Whether there are ways to the exploration and home, and charge for them."""
         altitude_m = self._assignment.takeoff_altitude_m
-        begin = vector(exploration.motion_at(exploration.start_s).position_m)
+        from_s = exploration.start_s if self._from_s is None else self._from_s
+        begin = vector(exploration.motion_at(from_s).position_m)
         end = vector(exploration.motion_at(exploration.end_s).position_m)
         try:
-            there = self.find_way(FindWay(Goal.EXPLORATION, _above(state.position_enu_m, altitude_m), begin))
+            here = state.position_enu_m if state.aloft else _above(state.position_enu_m, altitude_m)
+            there = self.find_way(FindWay(Goal.EXPLORATION, here, begin))
             back = self.find_way(FindWay(Goal.HOME, end, _above(home, altitude_m)))
         except ValueError as error:
             return [str(error)]
@@ -114,7 +118,7 @@ class Ground:
             state,
             self._energy,
             there.duration_s + altitude_m / self._energy.climb_mps,
-            exploration.duration_s,
+            exploration.end_s - from_s,
             back.duration_s + self._energy.way_home_s(_above(home, altitude_m), home, altitude_m),
         )
 

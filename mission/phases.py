@@ -44,6 +44,7 @@ class Trigger(enum.Enum):
     CONNECTED = "a vehicle was heard"
     READY = "the vehicle is ready to arm"
     CHECKS_PASSED = "every check passed"
+    CHECKS_PASSED_ALOFT = "every check passed, and the vehicle flies already"
     CHECKS_FAILED = "a check failed"
     ARMED = "the motors are armed"
     DISARMED = "the motors are disarmed"
@@ -138,6 +139,7 @@ TABLE: tuple[Row, ...] = (
     Row((_P.CONNECTING,), _T.CONNECTED, _P.WAITING_READY, "the vehicle answers"),
     Row((_P.WAITING_READY,), _T.READY, _P.CHECKING, "the vehicle says it is ready"),
     Row((_P.CHECKING,), _T.CHECKS_PASSED, _P.ARMING, "every check passed"),
+    Row((_P.CHECKING,), _T.CHECKS_PASSED_ALOFT, _P.ENTERING, "every check passed, and it flies already"),
     Row((_P.CHECKING,), _T.CHECKS_FAILED, _P.ABORTED, "a check failed: nothing was armed"),
     Row((_P.ARMING,), _T.ARMED, _P.TAKING_OFF, "armed"),
     Row(_BEFORE_FLIGHT, _T.TIMED_OUT, _P.ABORTED, "it took too long: nothing took off"),

@@ -128,6 +128,11 @@ class VehicleState:
         return not self.waiting_for
 
     @property
+    def aloft(self) -> bool:
+        """Whether it is flying."""
+        return self.armed and self.landed in (LandedState.IN_AIR, LandedState.TAKING_OFF, LandedState.LANDING)
+
+    @property
     def speed_mps(self) -> float:
         """Norm of the velocity."""
         return math.hypot(*self.velocity_enu_mps)

@@ -709,3 +709,15 @@ def test_a_stream_that_braked_by_itself_is_taken_up_where_it_stands():
     assert flight.phase is Phase.FOLLOWING
     assert flight.run().phase is Phase.LANDED
     assert largest_jump_mps(flight) <= LIMITS.max_speed_mps * 1.01
+
+
+def test_a_vehicle_that_flies_already_is_taken_over_where_it_is():
+    flight = Flight()
+    flight.vehicle.armed = True
+    flight.vehicle.position = np.array([30.0, 5.0, 12.0])
+    flight.vehicle.ready_after_s = 1e9
+    flight.run()
+    assert Phase.ARMING not in flight.phases
+    assert Phase.TAKING_OFF not in flight.phases
+    assert flight.phase is Phase.LANDED
+    assert flight.executive.explored
