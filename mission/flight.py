@@ -18,6 +18,7 @@ from typing import Any
 
 import numpy as np
 
+from mission import keys
 from mission.belief import Belief
 from mission.clock import FlightClock
 from mission.events import Assignment, FlightEnd, FlightMethod
@@ -192,7 +193,9 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
             )
             loop = FlightLoop(executive, link, clock, streamer, recorder, belief, cycle, ground, watcher)
             try:
-                with _interrupting(loop), _without_long_pauses():
+                with _interrupting(loop), _without_long_pauses(), keys.listening(loop.tell) as at_terminal:
+                    if at_terminal:
+                        watcher.say(keys.HELP, warning=False)
                     loop.run()
             finally:
                 streamer.close()

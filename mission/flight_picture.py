@@ -23,7 +23,7 @@ from planner.problem import Problem
 WIDTH_IN, MAP_IN, HEADING_IN, FOOT_IN = 13.0, 7.1, 1.05, 0.75
 _CURVE_SAMPLES = 3000
 _MOST_POINTS = 6000
-_LABEL_SHARE = 0.05
+_GAP_S = 2.0
 _ALOFT = ("taking off", "landed")
 
 
@@ -142,6 +142,8 @@ def draw_series(axes: Sequence[Axes], log: FlightLog, problem: Problem) -> None:
     time_s = log.time_s
     if not len(time_s):
         return
+    # A resumed flight has a gap in it, which no line may bridge.
+    time_s = np.where(np.diff(time_s, prepend=time_s[0]) > _GAP_S, np.nan, time_s)
     low, high = problem.workspace.box_min_m[2], problem.workspace.box_max_m[2]
     speed = np.linalg.norm(log.velocity_mps, axis=1)
     error = np.linalg.norm(log.position_m - log.target_m, axis=1)
@@ -164,10 +166,10 @@ def draw_series(axes: Sequence[Axes], log: FlightLog, problem: Problem) -> None:
     axes[3].set_title("battery [%]")
     if len(axes) > 4:
         _clearance(axes[4], log, problem)
-    aloft = [t for t, phase in zip(time_s, log.phase, strict=True) if phase == _ALOFT[0]]
-    begin_s = aloft[0] if aloft else float(time_s[0])
+    aloft = [t for t, phase in zip(log.time_s, log.phase, strict=True) if phase == _ALOFT[0]]
+    begin_s = aloft[0] if aloft else float(log.time_s[0])
     for axis in axes:
-        axis.set_xlim(begin_s, float(time_s[-1]))
+        axis.set_xlim(begin_s, float(log.time_s[-1]))
         axis.tick_params(labelbottom=axis is axes[-1])
         _shade_phases(axis, log)
     axes[-1].set_xlabel("flight time [s]")
