@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import select
 import sys
 import termios
@@ -38,8 +39,9 @@ def listening(tell: Callable[[Operator], None], stream: TextIO = sys.stdin) -> I
 
     def listen() -> None:
         while not ended.is_set():
-            ready, _, _ = select.select([stream], [], [], _POLL_S)
-            if ready and (wish := KEYS.get(stream.read(1).lower())) is not None:
+            ready, _, _ = select.select([number], [], [], _POLL_S)
+            # Not through the stream, whose buffer would swallow keys that select then waits for.
+            if ready and (wish := KEYS.get(os.read(number, 1).decode("ascii", "replace").lower())) is not None:
                 tell(wish)
 
     tty.setcbreak(number)
