@@ -20,6 +20,7 @@ from sim_bridge.faults import AnyFault, parse_fault, read_faults
 from sim_bridge.frames import geodetic_from_enu
 from sim_bridge.kinematics import Wind
 from sim_bridge.link_autopilot import Autopilot
+from sim_bridge.signing import Signatures, read_key, time_10us
 from sim_bridge.simulator import Simulator, make_autopilot
 from sim_bridge.state import GeodeticPoint
 from sim_bridge.station import Station
@@ -77,13 +78,28 @@ def _faults(words: Sequence[str], file: Path | None) -> list[AnyFault]:
     return found
 
 
+def _key(file: Path | None) -> bytes | None:
+    if file is None:
+        return None
+    try:
+        return read_key(file)
+    except OSError as error:
+        raise typer.BadParameter(f"cannot be opened: {error}", param_hint="--key-file") from error
+
+
+def _signatures(key: bytes | None) -> Signatures | None:
+    return None if key is None else Signatures(key, time_10us(time.time()))
+
+
 @app.command()
 def run(
     autopilot: Annotated[str, typer.Option(help="Personality: px4 or ardupilot.")] = "px4",
     port: Annotated[int, typer.Option(help="UDP port of the client; vehicle i sends to PORT + i.")] = 14540,
     speed: Annotated[float, typer.Option(help="Vehicle seconds a wall second, in lock-step with the setpoints.")] = 1.0,
     vehicles: Annotated[int, typer.Option(min=1, max=100, help="How many; system ids 1, 2, …")] = 1,
-    origin: Annotated[str, typer.Option(help="Where the first stands: LAT,LON,AMSL.")] = "47.3977,8.5456,488.0",
+    origin: Annotated[
+        str, typer.Option("--origin", "--home", help="Where the first stands: LAT,LON,AMSL.")
+    ] = "47.3977,8.5456,488.0",
     wind: Annotated[str, typer.Option(help="Mean wind: EAST,NORTH in m/s, where the air goes.")] = "0,0",
     gust: Annotated[float, typer.Option(min=0.0, help="Standard deviation of gusts, m/s.")] = 0.0,
     loss: Annotated[float, typer.Option(min=0.0, max=1.0, help="Share of datagrams lost, each way.")] = 0.0,
@@ -108,9 +124,13 @@ def run(
         Path | None, typer.Option(help="File of such things: [[fault]] tables in TOML, or JSON; see docs/simulator.md.")
     ] = None,
     record: Annotated[
-        Path | None, typer.Option(help="Keep everything heard and sent in this folder: vehicle-1.tlog, …")
+        Path | None,
+        typer.Option("--record", "--tlog", help="Keep all that is heard and sent in this folder: vehicle-1.tlog, …"),
     ] = None,
     with_parent: Annotated[bool, typer.Option("--with-parent", help="End when what started it has ended.")] = False,
+    key_file: Annotated[
+        Path | None, typer.Option(help="Sign with this file's key, and hear only what is signed with it.")
+    ] = None,
     as_json: Annotated[bool, typer.Option("--json", help="Say what runs as one JSON object.")] = False,
 ) -> None:
     """Fly kinematic vehicles that speak MAVLink 2 over UDP on this machine, until interrupted."""
@@ -137,10 +157,11 @@ def run(
     try:
         quality = Quality(loss=loss, delay_s=delay, jitter_s=jitter)
         wrong = _faults(fault or [], faults)
+        key = _key(key_file)
         logs = _logs(record, [config.system for config in configs])
         writers = [log.write for log in logs] or [None] * vehicles
         stations = [
-            Station(make_autopilot(kind, config), quality, config.seed, writer, wrong)
+            Station(make_autopilot(kind, config), quality, config.seed, writer, wrong, _signatures(key))
             for config, writer in zip(configs, writers, strict=True)
         ]
         simulator = Simulator(stations, port, speed)

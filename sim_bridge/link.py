@@ -31,9 +31,10 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from sim_bridge.frames import VehicleFrame
 from sim_bridge.link_autopilot import GUIDED, Autopilot
-from sim_bridge.link_guard import Guard, read_key
+from sim_bridge.link_guard import Guard
 from sim_bridge.link_telemetry import Heard, Telemetry
 from sim_bridge.link_wire import Wire, open_wire, parse_address
+from sim_bridge.signing import read_key, time_10us
 from sim_bridge.state import Command, CommandDone, FlightMode, GeodeticPoint, Setpoint, StatusText, VehicleState
 
 OWN_SYSTEM = 245
@@ -48,8 +49,6 @@ _SETPOINTS = (
     mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED,
     mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_GLOBAL_INT,
 )
-# 2015-01-01 in Unix time: where the clock of MAVLink signatures begins.
-_SIGNING_EPOCH_S = 1_420_070_400
 _RESULTS = {
     mavlink.MAV_RESULT_TEMPORARILY_REJECTED: "temporarily rejected",
     mavlink.MAV_RESULT_DENIED: "denied",
@@ -113,7 +112,7 @@ class Link:
             OWN_COMPONENT,
             vehicle_system,
             key,
-            signing_time_10us=int((time.time() - _SIGNING_EPOCH_S) * 1e5),
+            signing_time_10us=time_10us(time.time()),
         )
         self._vehicle_system = vehicle_system
         self._telemetry = Telemetry(self._frame)
@@ -350,7 +349,8 @@ class Link:
                 frame = stamped(frame, self._stamp_ms)
                 if len(self._setpoint_times_s) < _MOST_GAPS:
                     self._setpoint_times_s.append(time.monotonic())
-            self._wire.send(self._guard.seal(frame))
+            if sealed := self._guard.seal(frame):
+                self._wire.send(sealed)
 
     def _work(self) -> None:
         while (order := self._orders.get()) is not None:

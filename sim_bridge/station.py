@@ -11,6 +11,7 @@ from sim_bridge.autopilot import VehicleAutopilot
 from sim_bridge.channel import Channel, Quality
 from sim_bridge.codec import Codec, Message, frames_in, mavlink
 from sim_bridge.faults import AnyFault, FaultDriver
+from sim_bridge.signing import Signatures
 
 _SETPOINTS = (
     mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED,
@@ -33,6 +34,7 @@ class Station:
         seed: Of what the line does.
         record: Is given everything that is heard and sent; None: nothing is kept.
         faults: What goes wrong on purpose.
+        signatures: Signs what is sent, and nothing else is heard than what is signed; None: unsigned.
     """
 
     def __init__(
@@ -42,6 +44,7 @@ class Station:
         seed: int = 0,
         record: Record | None = None,
         faults: Sequence[AnyFault] = (),
+        signatures: Signatures | None = None,
     ) -> None:
         self.autopilot = autopilot
         line = quality or Quality()
@@ -49,6 +52,7 @@ class Station:
         self._outward = Channel(line, 2 * seed + 1)
         self._codec = Codec(autopilot.body.config.system)
         self._record = record
+        self._signatures = signatures
         self._faults = FaultDriver(faults, autopilot, (self._inward, self._outward))
         self._setpoint = b""
         self.news_s: float | None = None
@@ -84,6 +88,8 @@ class Station:
             if self._record is not None:
                 self._record(now_s, datagram)
             for message in self._codec.decode(datagram):
+                if self._signatures is not None and self._signatures.fault(bytes(message.get_msgbuf())):
+                    continue
                 self._send(self.autopilot.receive(message, now_s), now_s)
         self._send(self.autopilot.tick(now_s), now_s)
         return self._outward.arrived(now_s)
@@ -91,6 +97,8 @@ class Station:
     def _send(self, messages: list[Message], now_s: float) -> None:
         for message in messages:
             datagram = self._codec.encode(message)
+            if self._signatures is not None:
+                datagram = self._signatures.sign(datagram)
             if self._record is not None:
                 self._record(now_s, datagram)
             self._outward.put(datagram, now_s)
