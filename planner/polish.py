@@ -20,7 +20,7 @@ from planner.scene import Scene
 STEIN_STEPS = 60
 # The Stein phase may cut corners; the polish makes them good.
 STEIN_PENALTY = 0.1
-STEPS_PER_ROUND = 30
+STEPS_PER_ROUND = 60
 
 Particles = Float[np.ndarray, "particle free 3"]
 

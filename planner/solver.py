@@ -30,7 +30,7 @@ from planner.trajectory import Trajectory
 # Geometric from nearly free to firm: starting firm freezes a path in the shape of its seed.
 POLISH_PENALTIES = tuple(float(penalty) for penalty in np.geomspace(1e-3, 10.0, 12))
 # A replan starts from an answer: its multipliers need no slow start.
-WARM_POLISH_PENALTIES = (1.0, 3.0, 10.0)
+WARM_POLISH_PENALTIES = (1.0, 10.0)
 REPAIR_PENALTIES = (1.0, 10.0, 100.0)
 MOST_REPAIRS = 3
 
