@@ -87,7 +87,7 @@ def read_flight_log(folder: Path) -> FlightLog:
                 raise _refused(folder, f"line {number} is not JSON ({error.msg}): the log was changed") from error
         if record.get("kind") == "header":
             _check_header(folder, record)
-            offset_s = records[-1]["t"] if records else 0.0
+            offset_s = max((earlier["t"] for earlier in records), default=0.0)
         record["t"] = float(record["t"]) + offset_s
         records.append(record)
     if not records or records[0].get("kind") != "header":

@@ -1,0 +1,141 @@
+"""The log of a flight: written ahead, read back, torn, resumed; and what is left to fly."""
+
+import json
+
+import numpy as np
+import pytest
+
+from mission.course import Course
+from mission.findings import InputError
+from mission.flight_log import read_flight_log
+from mission.journal import explored_positions, unfinished
+from mission.recorder import LOG_NAME, Recorder
+from mission.ways import along
+from planner.problem import Limits
+from sim_bridge.state import FlightMode, LandedState, VehicleState
+
+CURVE = along(np.array([[0.0, 0.0, 10.0], [200.0, 0.0, 10.0]]), Limits(5.0, 2.0, 1.5, 3.0))
+
+
+def state(time_s, position):
+    return VehicleState(
+        time_s=time_s,
+        position_enu_m=position,
+        velocity_enu_mps=(1.0, 0.0, 0.0),
+        yaw_enu_rad=0.0,
+        armed=True,
+        mode=FlightMode.EXTERNAL,
+        mode_name="OFFBOARD",
+        landed=LandedState.IN_AIR,
+        battery_fraction=0.9,
+        waiting_for=(),
+        failsafe=False,
+        home_enu_m=None,
+    )
+
+
+def write(folder, seconds=10.0, from_s=0.0, course=CURVE):
+    recorder = Recorder(folder, {"name": "test", "link": "sim"})
+    recorder.course(0.0, course, "plan")
+    recorder.write("phase", 0.0, phase="exploring", why="")
+    flown = Course.begin(course, 0.0, 0.0, 3.0, 1.0, from_s=from_s)
+    for now in np.arange(0.0, seconds, 0.1):
+        point = flown.at(now)
+        recorder.setpoint(now, point, point.setpoint())
+        place = tuple(point.motion.position_m.tolist())
+        recorder.telemetry(now, state(now, place), "exploring", place)
+    recorder.write("progress", seconds - 1.0, explored_s=float(flown.at(seconds - 1.0).curve_s))
+    return recorder
+
+
+def test_what_was_written_is_read_back(tmp_path):
+    write(tmp_path).close()
+    log = read_flight_log(tmp_path)
+    assert len(log.time_s) == 100
+    assert log.exploring().all()
+    assert np.abs(log.position_m - log.target_m).max() == 0.0
+    assert log.header["name"] == "test"
+    (taken_s, course), *_ = log.courses
+    assert taken_s == 0.0
+    assert np.array_equal(course.control_points_m, CURVE.control_points_m)
+
+
+def test_every_line_is_with_the_system_before_the_recorder_returns(tmp_path):
+    recorder = write(tmp_path)
+    assert len(read_flight_log(tmp_path).time_s) == 100
+    recorder.close()
+
+
+def test_a_last_line_that_a_kill_tore_is_left_out(tmp_path):
+    write(tmp_path).close()
+    with (tmp_path / LOG_NAME).open("a") as file:
+        file.write('{"kind":"telemetry","t":10.0,"p":[1.0,')
+    assert len(read_flight_log(tmp_path).time_s) == 100
+
+
+def test_a_flight_that_went_on_behind_a_torn_line_is_read_as_one(tmp_path):
+    write(tmp_path).close()
+    with (tmp_path / LOG_NAME).open("a") as file:
+        file.write('{"kind":"telemetry","t":10.0,"p":[1.0,')
+    write(tmp_path, seconds=5.0, from_s=9.0).close()
+    log = read_flight_log(tmp_path)
+    assert len(log.time_s) == 150
+    assert (np.diff(log.time_s) >= 0.0).all()
+    assert len(log.courses) == 2
+
+
+def test_a_line_that_was_changed_is_refused_with_its_number(tmp_path):
+    write(tmp_path).close()
+    lines = (tmp_path / LOG_NAME).read_text().splitlines()
+    lines[7] = lines[7][:-3]
+    (tmp_path / LOG_NAME).write_text("\n".join(lines))
+    with pytest.raises(InputError, match="line 8"):
+        read_flight_log(tmp_path)
+
+
+def test_a_log_of_another_version_is_refused(tmp_path):
+    write(tmp_path).close()
+    text = (tmp_path / LOG_NAME).read_text().replace('"version":1', '"version":7', 1)
+    (tmp_path / LOG_NAME).write_text(text)
+    with pytest.raises(InputError, match="version 7"):
+        read_flight_log(tmp_path)
+
+
+def test_a_folder_without_a_log_is_refused(tmp_path):
+    with pytest.raises(InputError, match="give the folder"):
+        read_flight_log(tmp_path)
+
+
+def test_numbers_that_are_none_never_reach_the_log(tmp_path):
+    recorder = write(tmp_path)
+    with pytest.raises(ValueError, match="JSON"):
+        recorder.write("say", 0.0, value=float("nan"))
+    recorder.close()
+
+
+def test_what_is_left_begins_where_the_last_setpoint_went(tmp_path):
+    write(tmp_path, seconds=20.0).close()
+    left = unfinished(read_flight_log(tmp_path))
+    assert left is not None
+    assert left.from_s == pytest.approx(19.9, abs=0.11)
+    assert left.remaining_s == pytest.approx(CURVE.end_s - 19.9, abs=0.2)
+    for s in (left.from_s, left.from_s + 3.0, CURVE.end_s):
+        assert left.trajectory.motion_at(s).position_m == pytest.approx(CURVE.motion_at(s).position_m)
+    assert len(left.flown_m) == pytest.approx(199, abs=2)
+
+
+def test_a_flight_that_explored_everything_leaves_nothing(tmp_path):
+    write(tmp_path, seconds=CURVE.end_s + 1.0).close()
+    assert unfinished(read_flight_log(tmp_path)) is None
+
+
+def test_what_was_flown_before_and_after_an_interruption_counts_and_the_pause_does_not(tmp_path):
+    write(tmp_path, seconds=20.0).close()
+    write(tmp_path, seconds=10.0, from_s=20.0).close()
+    assert len(explored_positions(read_flight_log(tmp_path))) == pytest.approx(300, abs=5)
+
+
+def test_the_log_is_json_a_line_with_both_clocks(tmp_path):
+    write(tmp_path).close()
+    for line in (tmp_path / LOG_NAME).read_text().splitlines():
+        assert {"kind", "t", "host"} <= json.loads(line).keys()
