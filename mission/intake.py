@@ -34,6 +34,7 @@ from planner.problem import Problem
 
 INBOX = "inbox"
 ANSWER_SUFFIX = ".answer"
+_ROOT = "push"
 LARGEST_BYTES = 4_000_000
 """A push is data for one mission; more than this is a mistake."""
 
@@ -55,7 +56,7 @@ class Push(Section):
     def findings(self) -> Iterator[Finding]:
         """Something to push."""
         if not (self.obstacle or self.no_fly or self.information or self.command):
-            yield Finding("push", "", "holds nothing: give obstacle, no_fly, information or command")
+            yield Finding("file", "", "holds nothing: give obstacle, no_fly, information or command")
         for name in ("obstacle", "no_fly"):
             for index, entry in enumerate(getattr(self, name)):
                 yield from (finding.under(f"{name}.{index}") for finding in entry.findings())
@@ -85,7 +86,9 @@ def read_push(source: str, text: str, mission: Mission, folder: Path) -> Push:
     try:
         push = TypeAdapter(Push).validate_python(data, context=context)
     except ValidationError as error:
-        raise InputError(source, findings_from("push", error.errors(include_url=False), Push)) from error
+        found = findings_from(_ROOT, error.errors(include_url=False), Push)
+        stripped = [dataclasses.replace(one, path=one.path.removeprefix(f"{_ROOT}.")) for one in found]
+        raise InputError(source, stripped) from error
     if found := list(push.findings()):
         raise InputError(source, found)
     if push.information is not None:
