@@ -1,0 +1,119 @@
+"""The setpoint stream on its own thread, in real time for a moment."""
+
+import itertools
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from mission.clock import FlightClock
+from mission.course import Course
+from mission.streamer import STALE_S, Streamer
+from mission.ways import along
+from planner.problem import Limits
+
+CURVE = along(np.array([[0.0, 0.0, 10.0], [300.0, 0.0, 10.0]]), Limits(5.0, 2.0, 1.5, 3.0))
+
+
+class Wire:
+    """Collects what is sent."""
+
+    def __init__(self):
+        self.sent = []
+        self.stopped = 0
+        self.enough = threading.Event()
+        self.wanted = 10**9
+
+    def send(self, setpoint):
+        self.sent.append((time.monotonic(), setpoint))
+        if len(self.sent) >= self.wanted:
+            self.enough.set()
+
+    def stop(self):
+        self.stopped += 1
+
+    def wait_for(self, count):
+        self.wanted = len(self.sent) + count
+        self.enough.clear()
+        assert self.enough.wait(20.0)
+
+
+@pytest.fixture
+def stream():
+    wire, clock = Wire(), FlightClock(time.monotonic())
+    recorded = []
+    streamer = Streamer(clock, 50.0, wire.send, wire.stop, lambda *what: recorded.append(what))
+    yield wire, streamer, clock, recorded
+    streamer.close()
+
+
+def course(clock, from_s=10.0):
+    return Course.begin(CURVE, clock.now(time.monotonic()), 0.0, 3.0, 1.0, from_s=from_s).resuming(0.0)
+
+
+def test_nothing_is_sent_without_a_course(stream):
+    wire, *_ = stream
+    time.sleep(0.1)
+    assert wire.sent == []
+
+
+def test_setpoints_follow_the_course_and_each_is_recorded(stream):
+    wire, streamer, clock, recorded = stream
+    streamer.follow(course(clock))
+    wire.wait_for(15)
+    streamer.follow(None)
+    places = [setpoint.position_enu_m[0] for _, setpoint in wire.sent]
+    assert all(b > a for a, b in itertools.pairwise(places))
+    assert len(recorded) == len(wire.sent)
+    for now_s, point, setpoint in recorded:
+        assert setpoint.position_enu_m == point.setpoint().position_enu_m
+        assert now_s > 0.0
+
+
+def test_after_none_not_one_setpoint_more_is_sent(stream):
+    wire, streamer, clock, _ = stream
+    streamer.follow(course(clock))
+    wire.wait_for(5)
+    streamer.follow(None)
+    count = len(wire.sent)
+    assert wire.stopped == 1
+    time.sleep(0.15)
+    assert len(wire.sent) == count
+
+
+def test_a_flight_that_nobody_watches_brakes_on_its_course_and_stands_with_zero_velocity(stream):
+    wire, streamer, clock, _ = stream
+    streamer.follow(course(clock))
+    wire.wait_for(5)
+    # Nobody renews: STALE_S later it brakes, and the braking of 5 m/s takes three seconds.
+    time.sleep(STALE_S + 3.5)
+    last = [setpoint for _, setpoint in wire.sent[-3:]]
+    assert len({setpoint.position_enu_m for setpoint in last}) == 1
+    assert last[-1].velocity_enu_mps == (0.0, 0.0, 0.0)
+    stalled = streamer.renew()
+    assert stalled is not None
+    assert stalled.stop_position() == pytest.approx(last[-1].position_enu_m)
+    assert streamer.renew() is None
+
+
+def test_a_flight_that_is_watched_goes_on(stream):
+    wire, streamer, clock, _ = stream
+    streamer.follow(course(clock))
+    for _ in range(20):
+        time.sleep(0.05)
+        assert streamer.renew() is None
+    assert wire.sent[-1][1].velocity_enu_mps[0] > 1.0
+
+
+def test_while_the_clock_waits_for_a_simulator_nothing_is_repeated_as_news():
+    wire, clock = Wire(), FlightClock(time.monotonic(), 10.0)
+    streamer = Streamer(clock, 20.0, wire.send, wire.stop, lambda *what: None)
+    try:
+        clock.hear(100.0, time.monotonic())
+        streamer.follow(course(clock))
+        time.sleep(0.4)
+        # A tenth of a second ahead of what was heard, and then no further.
+        assert 1 <= len(wire.sent) <= 4
+    finally:
+        streamer.close()
