@@ -115,7 +115,7 @@ class Simulator:
             return math.inf
         return min(
             (
-                plug.station.news_s + LEAD_S
+                plug.station.news_s + LEAD_S + plug.station.round_trip_s
                 for plug in self._plugs
                 if plug.station.news_s is not None
                 and wall_s - plug.news_wall_s < STREAM_ENDED_S

@@ -58,6 +58,12 @@ class Station:
         self.news_s: float | None = None
         """When the last setpoint was put that was not a mere repetition; None: none was."""
 
+    @property
+    def round_trip_s(self) -> float:
+        """How late, at most, an answer to what the vehicle says comes back to it over the line."""
+        there, back = self._outward.quality, self._inward.quality
+        return there.delay_s + there.jitter_s + back.delay_s + back.jitter_s
+
     def put(self, datagram: bytes, now_s: float) -> bool:
         """Hand over what was sent to the vehicle.
 

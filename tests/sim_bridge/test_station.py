@@ -130,3 +130,9 @@ def test_delay_and_jitter_hold_back_and_reorder_and_duplicates_come_twice():
 def test_a_line_that_cannot_be_is_refused(faults):
     with pytest.raises(ValueError, match="got"):
         Quality(**faults)
+
+
+def test_lock_step_grants_a_late_line_the_time_it_needs():
+    late = Station(px4(), Quality(delay_s=0.2, jitter_s=0.1))
+    assert late.round_trip_s == pytest.approx(0.6)
+    assert Station(px4()).round_trip_s == 0.0
