@@ -26,7 +26,7 @@ from mavsdk import Configuration, Mavsdk, System, log_subscribe
 from mavsdk.plugins.action import Action, ActionError
 from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkDirectError, MavlinkMessage
 from mavsdk.plugins.offboard import AccelerationNed, Offboard, OffboardError, PositionNedYaw, VelocityNedYaw
-from mavsdk.plugins.param import Param, ParamError
+from mavsdk.plugins.param import Param, ParamError, ParamResult
 from pymavlink.dialects.v20 import common as mavlink
 
 from sim_bridge.frames import VehicleFrame
@@ -283,8 +283,12 @@ class Link:
     def parameter(self, name: str) -> float | None:
         """A parameter's value; None: the vehicle does not have it or does not answer."""
         for read in (self._param.get_param_float, self._param.get_param_int):
-            with contextlib.suppress(ParamError):
+            try:
                 return float(read(name))
+            except ParamError as error:
+                # An unknown name is not answered at all; only one of another type is worth a second question.
+                if error.result is ParamResult.TIMEOUT:
+                    return None
         return None
 
     def set_parameter(self, name: str, value: float) -> None:
