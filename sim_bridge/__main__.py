@@ -93,14 +93,17 @@ def _signatures(key: bytes | None) -> Signatures | None:
 
 @app.command()
 def run(
-    autopilot: Annotated[str, typer.Option(help="Personality: px4 or ardupilot.")] = "px4",
+    autopilot: Annotated[str, typer.Option(metavar="px4|ardupilot", help="Which autopilot the vehicle is.")] = "px4",
     port: Annotated[int, typer.Option(help="UDP port of the client; vehicle i sends to PORT + i.")] = 14540,
+    ground_station: Annotated[
+        int | None, typer.Option(help="Talk to a ground station on this UDP port too, usually 14550.")
+    ] = None,
     speed: Annotated[float, typer.Option(help="Vehicle seconds a wall second, in lock-step with the setpoints.")] = 1.0,
     vehicles: Annotated[int, typer.Option(min=1, max=100, help="How many; system ids 1, 2, …")] = 1,
     origin: Annotated[
-        str, typer.Option("--origin", "--home", help="Where the first stands: LAT,LON,AMSL.")
+        str, typer.Option("--origin", "--home", metavar="LAT,LON,AMSL", help="Where the first stands.")
     ] = "47.3977,8.5456,488.0",
-    wind: Annotated[str, typer.Option(help="Mean wind: EAST,NORTH in m/s, where the air goes.")] = "0,0",
+    wind: Annotated[str, typer.Option(metavar="EAST,NORTH", help="Mean wind, m/s: where the air goes.")] = "0,0",
     gust: Annotated[float, typer.Option(min=0.0, help="Standard deviation of gusts, m/s.")] = 0.0,
     loss: Annotated[float, typer.Option(min=0.0, max=1.0, help="Share of datagrams lost, each way.")] = 0.0,
     delay: Annotated[float, typer.Option(min=0.0, help="Mean delay of datagrams, s.")] = 0.0,
@@ -114,11 +117,13 @@ def run(
     ready_after: Annotated[
         float | None, typer.Option(min=0.0, help="From boot until it can be armed, s; default: as the real one.")
     ] = None,
-    param: Annotated[list[str] | None, typer.Option(help="Change a parameter: NAME=VALUE; repeatable.")] = None,
+    param: Annotated[
+        list[str] | None, typer.Option(metavar="NAME=VALUE", help="Change a parameter; repeatable.")
+    ] = None,
     seed: Annotated[int, typer.Option(help="Of everything random.")] = 0,
     fault: Annotated[
         list[str] | None,
-        typer.Option(help='Something that goes wrong: "KIND@BEGIN[+DURATION] [KEY=VALUE …]"; repeatable.'),
+        typer.Option(metavar="KIND@BEGIN[+DURATION] [KEY=VALUE …]", help="Something that goes wrong; repeatable."),
     ] = None,
     faults: Annotated[
         Path | None, typer.Option(help="File of such things: [[fault]] tables in TOML, or JSON; see docs/simulator.md.")
@@ -164,7 +169,7 @@ def run(
             Station(make_autopilot(kind, config), quality, config.seed, writer, wrong, _signatures(key))
             for config, writer in zip(configs, writers, strict=True)
         ]
-        simulator = Simulator(stations, port, speed)
+        simulator = Simulator(stations, port, speed, ground_station)
     except ValueError as error:
         raise typer.BadParameter(str(error)) from error
     stopped: list[int] = []

@@ -26,6 +26,8 @@ from sim_bridge.px4 import Px4
 from sim_bridge.state import GeodeticPoint
 from sim_bridge.station import Station
 
+_HOST = "127.0.0.1"
+_LAST_PORT = 65535
 TICK_S = 0.01
 # A setpoint is held until the next: a longer lead would fly stale ones at high speeds, a shorter one waste time.
 LEAD_S = 0.07
@@ -54,7 +56,7 @@ class _Plug:
 
     station: Station
     socket: socket.socket
-    client: tuple[str, int]
+    clients: list[tuple[str, int]]
     news_wall_s: float = -math.inf
 
 
@@ -65,14 +67,20 @@ class Simulator:
         stations: The vehicles.
         port: The first vehicle sends to this port of this machine, the next to the next.
         speed: Vehicle seconds a wall second.
+        ground_station_port: Every vehicle sends to this port too; None: nobody else listens.
 
     Raises:
-        ValueError: A speed that is not positive.
+        ValueError: A speed that is not positive, or a port that is none.
     """
 
-    def __init__(self, stations: Sequence[Station], port: int, speed: float = 1.0) -> None:
+    def __init__(
+        self, stations: Sequence[Station], port: int, speed: float = 1.0, ground_station_port: int | None = None
+    ) -> None:
         if not 0.0 < speed < math.inf:
             raise ValueError(f"speed must be positive and finite, got {speed}")
+        ports = [*range(port, port + len(stations)), *([] if ground_station_port is None else [ground_station_port])]
+        if not 1 <= min(ports) <= max(ports) <= _LAST_PORT or len(set(ports)) < len(ports):
+            raise ValueError(f"every vehicle and the ground station need a UDP port of their own, got {ports}")
         self._speed = speed
         self._now_s = 0.0
         self._plugs: list[_Plug] = []
@@ -80,8 +88,9 @@ class Simulator:
         for index, station in enumerate(stations):
             own = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
             own.setblocking(False)
-            own.bind(("127.0.0.1", 0))
-            plug = _Plug(station, own, ("127.0.0.1", port + index))
+            own.bind((_HOST, 0))
+            clients = [(_HOST, one) for one in (port + index, ground_station_port) if one is not None]
+            plug = _Plug(station, own, clients)
             self._plugs.append(plug)
             self._selector.register(own, selectors.EVENT_READ, plug)
 
@@ -135,7 +144,7 @@ class Simulator:
                 except ConnectionRefusedError:
                     # Nobody listened to what was sent earlier; they may yet.
                     continue
-                if sender[0] != plug.client[0]:
+                if sender[0] != _HOST:
                     continue
                 if plug.station.put(data, self._now_s):
                     plug.news_wall_s = time.monotonic()
@@ -143,10 +152,12 @@ class Simulator:
     @staticmethod
     def _tell(plug: _Plug, datagrams: Sequence[bytes]) -> None:
         for data in datagrams:
-            try:
-                plug.socket.sendto(data, plug.client)
-            except (BlockingIOError, ConnectionRefusedError):
-                continue
+            for client in plug.clients:
+                try:
+                    plug.socket.sendto(data, client)
+                except (BlockingIOError, ConnectionRefusedError):
+                    # Nobody is there yet, or too slow to take it all.
+                    continue
 
 
 @dataclasses.dataclass(frozen=True)

@@ -1,10 +1,15 @@
 """Faults as people write them."""
 
+import dataclasses
 import json
+import re
+import typing
+from pathlib import Path
 
 import pytest
 
 from sim_bridge.faults import (
+    AnyFault,
     BadLine,
     GpsGlitch,
     LinkCut,
@@ -76,3 +81,13 @@ def test_a_bad_file_of_faults_names_every_mistake_at_once(tmp_path):
     path.write_text("[[fault]")
     with pytest.raises(ValueError, match="cannot be read"):
         read_faults(path)
+
+
+def test_the_page_on_the_vehicle_names_every_fault_and_its_keys():
+    page = (Path(__file__).parents[2] / "docs" / "simulator.md").read_text()
+    for kind in typing.get_args(AnyFault):
+        fields = {field.name: field for field in dataclasses.fields(kind)}
+        (row,) = [line for line in page.splitlines() if line.startswith(f"| `{fields['kind'].default}` |")]
+        named = set(re.findall(r"`(\w+)`", row.split("|")[2]))
+        own = fields.keys() - {"kind", "begin_s", "system", "duration_s"}
+        assert own <= named, f"{kind.__name__}: {own - named} missing"

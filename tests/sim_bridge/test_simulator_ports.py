@@ -1,0 +1,61 @@
+"""Who hears a built-in vehicle over real sockets."""
+
+import socket
+import threading
+
+import pytest
+
+from sim_bridge.body import VehicleConfig
+from sim_bridge.codec import Codec
+from sim_bridge.px4 import Px4
+from sim_bridge.simulator import Simulator
+from sim_bridge.state import GeodeticPoint
+from sim_bridge.station import Station
+from tests.sim_bridge.ground_station import mavlink
+
+GROUND = GeodeticPoint(47.3977, 8.5456, 488.0)
+
+
+def stations(count: int) -> list[Station]:
+    return [Station(Px4(VehicleConfig(GROUND, system=1 + index))) for index in range(count)]
+
+
+def listener() -> socket.socket:
+    own = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+    own.bind(("127.0.0.1", 0))
+    own.settimeout(5.0)
+    return own
+
+
+def heard(own: socket.socket, kind: str) -> tuple[object, tuple[str, int]]:
+    """The next message of a type, and where it came from."""
+    reader = Codec(255)
+    while True:
+        data, sender = own.recvfrom(65536)
+        for message in reader.decode(data):
+            if message.get_type() == kind:
+                return message, sender
+
+
+def test_a_client_and_a_ground_station_hear_the_same_vehicle_and_both_are_answered():
+    with listener() as client, listener() as ground_station:
+        simulator = Simulator(stations(1), client.getsockname()[1], 5.0, ground_station.getsockname()[1])
+        over = threading.Event()
+        thread = threading.Thread(target=simulator.run, args=(over.is_set,))
+        thread.start()
+        try:
+            for own in (client, ground_station):
+                _, vehicle = heard(own, "HEARTBEAT")
+                own.sendto(Codec(245).encode(mavlink.MAVLink_ping_message(0, 77, 0, 0)), vehicle)
+                pong, _ = heard(own, "PING")
+                assert pong.seq == 77
+        finally:
+            over.set()
+            thread.join()
+            simulator.close()
+
+
+@pytest.mark.parametrize(("port", "ground_station"), [(14550, 14550), (14549, 14550), (0, None), (65535, None)])
+def test_ports_that_collide_or_are_none_are_refused(port, ground_station):
+    with pytest.raises(ValueError, match="a UDP port of their own"):
+        Simulator(stations(2), port, 1.0, ground_station)
