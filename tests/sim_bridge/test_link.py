@@ -224,7 +224,7 @@ def test_where_nobody_is_heard_it_says_what_to_check():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
         probe.bind(("127.0.0.1", 0))
         port = probe.getsockname()[1]
-    with pytest.raises(LinkError, match="no vehicle with system id 1 was heard .*check that it is powered"):
+    with pytest.raises(LinkError, match=r"no vehicle with system id 1 was heard .*check that it is powered"):
         Link.connect(f"udp://127.0.0.1:{port}", ORIGIN, timeout_s=0.5)
 
 
@@ -232,7 +232,7 @@ def test_a_port_that_is_taken_is_named():
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as taken:
         taken.bind(("127.0.0.1", 0))
         port = taken.getsockname()[1]
-        with pytest.raises(LinkError, match=f"{port}.*another program"):
+        with pytest.raises(LinkError, match=rf"{port}.*another program"):
             Link.connect(f"udp://127.0.0.1:{port}", ORIGIN)
 
 
