@@ -56,6 +56,7 @@ class Assignment:
         max_acceleration_mps2: What braking may use.
         max_yaw_rate_radps: How fast the nose may turn.
         max_climb_mps: How fast it climbs, for the time limit of the take-off.
+        ready_timeout_s: How long to wait until the vehicle is ready to arm.
     """
 
     exploration: Trajectory
@@ -65,6 +66,7 @@ class Assignment:
     max_acceleration_mps2: float
     max_yaw_rate_radps: float
     max_climb_mps: float
+    ready_timeout_s: float = 180.0
 
 
 class Goal(enum.Enum):

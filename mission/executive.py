@@ -410,7 +410,9 @@ class Executive:
                 return 2.0 * self.course.trajectory.duration_s + 60.0 + self.exploration.end_s
             case Phase.AUTO_MISSION:
                 return 3.0 * self.exploration.duration_s + 300.0
-            case Phase.CONNECTING | Phase.WAITING_READY | Phase.CHECKING:
+            case Phase.WAITING_READY:
+                return self.assignment.ready_timeout_s * self._patience
+            case Phase.CONNECTING | Phase.CHECKING:
                 return LIMIT_S[self.phase] * self._patience
             case phase:
                 return LIMIT_S.get(phase, float("inf"))

@@ -54,6 +54,7 @@ _TRACK_ERROR_S = 1.0
 _LEAST_TRACK_ERROR_M = 0.5
 _MOST_TRACK_ERROR_M = 5.0
 _REPLAN_LIMIT_HOST_S = 5.0
+_HEARD_WITHIN_S = 30.0
 
 
 class Outcome(enum.Enum):
@@ -255,6 +256,7 @@ def assignment_of(planned: Planned, method: FlightMethod) -> Assignment:
         max_acceleration_mps2=limits.max_acceleration_mps2,
         max_yaw_rate_radps=limits.max_yaw_rate_radps,
         max_climb_mps=limits.max_climb_mps,
+        ready_timeout_s=mission.link.ready_timeout_s,
     )
 
 
@@ -337,6 +339,7 @@ def _vehicle(mission: Mission, settings: FlightSettings, watcher: Watcher, clock
             mission.site.origin.point(),
             vehicle_system=mission.link.system_id,
             key_file=mission.link.signing_key_file,
+            timeout_s=min(_HEARD_WITHIN_S, mission.link.ready_timeout_s),
             on_state=clock.hear,
         )
         stack.callback(link.close)

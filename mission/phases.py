@@ -246,7 +246,6 @@ _ROWS = {(phase, row.trigger): row for row in TABLE for phase in row.phases}
 
 LIMIT_S: dict[Phase, float] = {
     Phase.CONNECTING: 60.0,
-    Phase.WAITING_READY: 180.0,
     Phase.CHECKING: 180.0,
     Phase.ARMING: 60.0,
     Phase.ENTERING: 60.0,

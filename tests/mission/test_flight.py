@@ -1,0 +1,224 @@
+"""Whole flights against the built-in vehicle, faster than real time, without a solver: the plan is made by hand."""
+
+import dataclasses
+import json
+import threading
+import time
+
+import numpy as np
+import pytest
+
+from mission.events import FlightMethod
+from mission.flight import FlightSettings, Outcome, fly, fly_planned
+from mission.flight_folder import read_flight_folder
+from mission.flight_log import read_flight_log
+from mission.flight_progress import PlainWatcher, Progress, Watcher
+from mission.intake import push_into
+from mission.journal import unfinished
+from mission.loading import load
+from mission.phases import Phase
+from mission.planning import Planned
+from mission.resuming import resumption
+from mission.site import options_from_mission, problem_from_mission
+from mission.ways import along
+from planner import gate
+from planner.diversity import Diversity
+from planner.plan import Candidate, Plan, Status
+
+SPEED = 20.0
+MISSION = """
+[site]
+origin = { latitude_deg = 47.3977, longitude_deg = 8.5456, altitude_amsl_m = 488.0 }
+box_min_enu_m = [0.0, 0.0, 8.0]
+box_max_enu_m = [100.0, 80.0, 30.0]
+[information]
+kind = "uniform"
+[[obstacle]]
+kind = "cylinder"
+center_enu_m = [50.0, 40.0]
+radius_m = 5.0
+floor_m = 0.0
+ceiling_m = 40.0
+[planner]
+start_enu_m = [15.0, 15.0, 12.0]
+duration_s = 80.0
+modes = [4, 4, 2]
+[flight]
+takeoff_altitude_m = 10.0
+end = "return"
+[replanning]
+enabled = false
+"""
+CORNERS = [[15, 15, 12], [70, 15, 12], [70, 55, 15], [30, 60, 14]]
+
+
+class Notes(Watcher):
+    """Keeps what is said, and does something when a phase is shown."""
+
+    def __init__(self, at=None, then=None) -> None:
+        self.said: list[str] = []
+        self.phases: list[Phase] = []
+        self._at, self._then = at, then
+
+    def say(self, text, warning):
+        self.said.append(text)
+
+    def progress(self, progress: Progress):
+        self.phases.append(progress.phase)
+        if self._then is not None and progress.phase is self._at and progress.explored > 0.1:
+            then, self._then = self._then, None
+            then()
+
+
+@pytest.fixture
+def planned(tmp_path):
+    def make(*overrides) -> Planned:
+        path = tmp_path / "mission.toml"
+        path.write_text(MISSION, encoding="utf-8")
+        mission = load(path, overrides)
+        problem = problem_from_mission(mission)
+        curve = along(np.array(CORNERS, dtype=float), problem.limits)
+        problem = dataclasses.replace(problem, duration_s=max(problem.duration_s, curve.duration_s))
+        report = gate.inspect(curve, problem)
+        assert report.passed, report.violations
+        plan = Plan(
+            Status.CONVERGED,
+            (Candidate(curve, "by hand", 0.1, 0.1, report),),
+            0,
+            1.0,
+            Diversity(0.0, 0.0, 0.0, 1.0),
+            0,
+        )
+        return Planned(mission, problem, options_from_mission(mission), plan, 0.0, 0.0)
+
+    return make
+
+
+def settings(tmp_path, **changes) -> FlightSettings:
+    return FlightSettings(
+        "sim", **({"method": FlightMethod.OFFBOARD, "speed": SPEED, "folder": tmp_path / "flight"} | changes)
+    )
+
+
+@pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
+def test_a_mission_is_flown_to_the_landed_vehicle(planned, tmp_path, autopilot):
+    flown = fly(planned(f"vehicle.autopilot={autopilot}"), folder=tmp_path / "flight", speed=SPEED)
+    summary = flown.summary
+    assert flown.outcome is Outcome.DONE, summary
+    assert summary["landed"]
+    assert summary["violations"] == []
+    assert summary["offboard_lost"] == 0
+    assert summary["tracking_error_mean_m"] < 0.5
+    assert summary["phases"][-4:] == ["turning back", "returning", "landing", "landed"]
+    assert json.loads((flown.folder / "summary.json").read_text()) == summary
+    for name in ("plan.json", "log.jsonl", "flight.png", "recording.rrd", "report.html", "mission.json"):
+        assert (flown.folder / name).stat().st_size > 0
+    log = read_flight_log(flown.folder)
+    assert np.hypot(*(log.position_m[-1, :2] - [15.0, 15.0])) < 1.5
+    assert unfinished(log) is None
+
+
+@pytest.mark.parametrize("autopilot", ["px4", pytest.param("ardupilot", marks=pytest.mark.slow)])
+def test_a_mission_is_uploaded_read_back_and_flown_by_the_vehicle(planned, tmp_path, autopilot):
+    chosen = settings(tmp_path, method=FlightMethod.MISSION, speed=10.0)
+    flown = fly_planned(planned(f"vehicle.autopilot={autopilot}"), chosen, Notes())
+    assert flown.outcome is Outcome.DONE, flown.summary
+    assert "vehicle flies the uploaded mission" in flown.summary["phases"]
+    log = read_flight_log(flown.folder)
+    for corner in CORNERS:
+        assert np.linalg.norm(log.position_m - corner, axis=1).min() < 3.0
+    assert len(log.setpoint_s) == 0
+
+
+def test_unsafe_settings_are_refused_before_anything_is_armed(planned, tmp_path, monkeypatch):
+    monkeypatch.setattr("mission.preflight._LOSS_ACTIONS", {5: "does what this test forbids"})
+    notes = Notes()
+    flown = fly_planned(planned(), settings(tmp_path), notes)
+    assert flown.outcome is Outcome.ABORTED
+    assert any("COM_OBL_RC_ACT is 5" in text for text in flown.summary["warnings"])
+    assert not read_flight_log(flown.folder).armed.any()
+
+
+def test_the_operators_wishes_reach_the_flight_through_its_inbox(planned, tmp_path):
+    folder = tmp_path / "flight"
+    wishes = tmp_path / "wish.json"
+    answers = []
+
+    def push():
+        for wish in ("pause", "resume", "return"):
+            wishes.write_text(json.dumps({"command": wish}))
+            answers.append(push_into(folder, wishes, 10.0))
+            time.sleep(0.3)
+
+    notes = Notes(Phase.FOLLOWING, lambda: threading.Thread(target=push).start())
+    flown = fly_planned(planned(), settings(tmp_path, speed=10.0), notes)
+    assert all(answer and answer["accepted"] for answer in answers)
+    assert flown.outcome is Outcome.EARLY
+    phases = flown.summary["phases"]
+    assert phases[phases.index("holding") :][:3] == ["holding", "exploring", "turning back"]
+
+
+@pytest.mark.slow
+def test_an_obstacle_on_the_course_is_never_flown_into(planned, tmp_path):
+    folder, file = tmp_path / "flight", tmp_path / "crane.json"
+    crane = {"kind": "sphere", "center_enu_m": [50.0, 57.5, 14.5], "radius_m": 4.0}
+    file.write_text(json.dumps({"obstacle": [crane]}))
+    back = tmp_path / "back.json"
+    back.write_text(json.dumps({"command": "return"}))
+
+    def push():
+        assert push_into(folder, file, 10.0)
+        until = time.monotonic() + 20.0
+        while Phase.HOLDING not in notes.phases and time.monotonic() < until:
+            time.sleep(0.05)
+        push_into(folder, back, 10.0)
+
+    notes = Notes(Phase.FOLLOWING, lambda: threading.Thread(target=push).start())
+    flown = fly_planned(planned(), settings(tmp_path, speed=10.0), notes)
+    # Nothing replans here, so it stands before the crane until it is called back, and goes home around it.
+    assert "holding" in flown.summary["phases"]
+    assert flown.summary["landed"]
+    assert flown.summary["min_clearance_m"] > 0.5
+    flight = read_flight_folder(folder)
+    assert flight.problem.obstacles.distance(np.array([[50.0, 57.5, 14.5]]))[0] == pytest.approx(-4.0)
+
+
+def test_an_interrupted_flight_comes_home_and_is_flown_on_later(planned, tmp_path):
+    from mission import flight as module
+
+    loops = []
+    run = module.FlightLoop.run
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(module.FlightLoop, "run", lambda self: (loops.append(self), run(self)))
+        notes = Notes(Phase.FOLLOWING, lambda: loops[0].interrupt())
+        first = fly_planned(planned(), settings(tmp_path), notes)
+    assert first.interrupted
+    assert first.outcome is Outcome.EARLY
+    assert first.summary["landed"]
+    left = resumption(read_flight_folder(tmp_path / "flight"))
+    assert left is not None
+    assert 0.0 < left.left.remaining_s < planned().plan.best.trajectory.duration_s
+    second = fly_planned(left.planned, settings(tmp_path, from_s=left.from_s, flown_m=left.left.flown_m), Notes())
+    assert second.outcome is Outcome.DONE
+    log = read_flight_log(tmp_path / "flight")
+    for corner in CORNERS:
+        assert np.linalg.norm(log.position_m[log.exploring()] - corner, axis=1).min() < 1.0
+    assert resumption(read_flight_folder(tmp_path / "flight")) is None
+
+
+def test_where_no_vehicle_answers_the_flight_says_so_and_leaves_no_process(planned, tmp_path):
+    from sim_bridge.link import LinkError
+
+    chosen = dataclasses.replace(settings(tmp_path), link="udp://127.0.0.1:1")
+    with pytest.raises(LinkError):
+        fly_planned(planned("link.ready_timeout_s=1.0"), chosen, Notes())
+
+
+def test_progress_is_a_line_a_person_can_read(capsys):
+    progress = Progress(83.0, Phase.FOLLOWING, 0.42, 3.21, 0.87, 2)
+    assert progress.line() == "01:23 · exploring · explored  42% · clearance 3.2 m · battery 87% · 2 replans"
+    watcher = PlainWatcher()
+    watcher.say("hello", True)
+    watcher.progress(progress)
+    watcher.progress(progress)
+    assert capsys.readouterr().err.count("exploring") <= 1
