@@ -44,7 +44,6 @@ _MODE_SHOWN_S = 3.0
 _TEXT_KEPT_S = 3.0
 _MOST_EVENTS = 20_000
 _MOST_GAPS = 2_000_000
-_HEADER_BYTES = 10
 _SETPOINTS = (
     mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED,
     mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_GLOBAL_INT,
@@ -121,7 +120,6 @@ class Link:
         self._texts: list[tuple[float, StatusText]] = []
         self._setpoint_times_s: list[float] = []
         self._stream_open = False
-        self._stamp_ms = 0
         self._closed = threading.Event()
         self._send_lock = threading.Lock()
         log_subscribe(lambda *_: True)
@@ -267,7 +265,6 @@ class Link:
         if vehicle_origin is None:
             raise LinkError("the vehicle has not told the origin of its local frame")
         position, velocity, acceleration, yaw_deg = self._frame.setpoint_ned(setpoint, self.autopilot, vehicle_origin)
-        self._stamp_ms = int(time.monotonic() * 1000.0) & 0xFFFFFFFF
         self._stream_open = True
         self._offboard.set_position_velocity_acceleration_ned(
             PositionNedYaw(*position, yaw_deg), VelocityNedYaw(*velocity, yaw_deg), AccelerationNed(*acceleration)
@@ -350,7 +347,6 @@ class Link:
             if message_id in _SETPOINTS:
                 if not self._stream_open:
                     return
-                frame = stamped(frame, self._stamp_ms)
                 if len(self._setpoint_times_s) < _MOST_GAPS:
                     self._setpoint_times_s.append(time.monotonic())
             if sealed := self._guard.seal(frame):
@@ -447,18 +443,3 @@ class Link:
         result = json.loads(answer.fields_json)["result"]
         if result != mavlink.MAV_RESULT_ACCEPTED:
             raise LinkError(_RESULTS.get(result, f"result {result}"))
-
-
-def stamped(frame: bytes, time_boot_ms: int) -> bytes:
-    """A setpoint with the moment it was computed as its time.
-
-    mavsdk stamps the moment of sending, so that a repetition looks like news; with this one, whoever listens can tell.
-
-    Args:
-        frame: A SET_POSITION_TARGET_… as mavsdk packed it: MAVLink 2, not signed.
-        time_boot_ms: The moment; the message's first field.
-    """
-    message_id = int.from_bytes(frame[7:10], "little")
-    body = frame[1:_HEADER_BYTES] + time_boot_ms.to_bytes(4, "little") + frame[_HEADER_BYTES + 4 : -2]
-    check = mavlink.x25crc(body + bytes([mavlink.mavlink_map[message_id].crc_extra])).crc
-    return frame[:1] + body + check.to_bytes(2, "little")

@@ -6,7 +6,7 @@ import time
 
 import pytest
 
-from sim_bridge.link import Link, LinkError, stamped
+from sim_bridge.link import Link, LinkError
 from sim_bridge.link_autopilot import Autopilot
 from sim_bridge.link_mission import Item, upload_fence, upload_mission, upload_rally_points
 from sim_bridge.signing import SIGNATURE_BYTES
@@ -133,28 +133,12 @@ def test_after_the_stream_is_closed_not_one_setpoint_leaves():
         client.link._wire.send = lambda frame: (sent.append(frame), send(frame))
         client.link.stream(hover(state))
         time.sleep(0.3)
-        # mavsdk repeats the last one by itself …
-        setpoints = [frame for frame in sent if frame[7:10] == b"\x54\x00\x00"]
-        assert len(setpoints) >= 4
-        # … with the moment at which it was computed, not the moment of sending.
-        assert len({frame[10:14] for frame in setpoints}) == 1
+        # mavsdk repeats the last one by itself.
+        assert len([frame for frame in sent if frame[7:10] == b"\x54\x00\x00"]) >= 4
         client.link.close_stream()
         sent.clear()
         time.sleep(0.3)
         assert not [frame for frame in sent if frame[7:10] == b"\x54\x00\x00"]
-
-
-def test_a_stamp_changes_the_time_and_nothing_else_and_the_message_stays_valid():
-    from pymavlink.dialects.v20 import common as mavlink
-
-    sender, reader = mavlink.MAVLink(None, 245, 190), mavlink.MAVLink(None)
-    message = mavlink.MAVLink_set_position_target_local_ned_message(
-        7, 1, 1, 1, 2048, 1.0, 2.0, -3.0, 0.5, 0.25, 0.75, 0.0, 0.0, 0.0, 1.5, 0.0
-    )
-    frame = bytes(message.pack(sender))
-    changed = reader.parse_buffer(stamped(frame, 123456))[0]
-    assert changed.time_boot_ms == 123456
-    assert changed.to_dict() | {"time_boot_ms": 7} == message.to_dict()
 
 
 def test_parameters_are_read_and_written_and_unknown_ones_are_none():
