@@ -26,7 +26,7 @@ from sim_bridge.parameters import Encoding, Parameters
 from sim_bridge.plan_items import Item
 from sim_bridge.plan_storage import PlanStorage
 from sim_bridge.services import Order, Reply, Services, version
-from sim_bridge.state import FlightMode, GeodeticPoint
+from sim_bridge.state import FlightMode
 from sim_bridge.telemetry import Standing, Streams, body_message
 
 _ACCEPTED, _FAILED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_FAILED
@@ -249,13 +249,10 @@ class ArduCopter:
         return (_ACCEPTED if inside else _FAILED), []
 
     def _set_home(self, order: Order) -> Reply:
-        if order.whole(1) == 1:
-            self.body.set_home()
-            return _ACCEPTED, []
-        latitude, longitude, amsl_m = (order.given(number) for number in (5, 6, 7))
-        if latitude is None or longitude is None or amsl_m is None:
+        home = order.home(self.body)
+        if home is None:
             return _FAILED, []
-        self.body.home_ned_m = self.body.local_ned(GeodeticPoint(latitude, longitude, amsl_m))
+        self.body.home_ned_m = home
         return _ACCEPTED, []
 
     def _set_current(self, seq: int) -> Reply:

@@ -231,13 +231,10 @@ class Px4:
         return result, texts
 
     def _set_home(self, order: Order) -> Reply:
-        if order.whole(1) == 1:
-            self.body.set_home()
-            return _ACCEPTED, []
-        latitude, longitude, amsl_m = (order.given(number) for number in (5, 6, 7))
-        if latitude is None or longitude is None or amsl_m is None:
+        home = order.home(self.body)
+        if home is None:
             return _DENIED, []
-        self.body.home_ned_m = self.body.local_ned(GeodeticPoint(latitude, longitude, amsl_m))
+        self.body.home_ned_m = home
         return _ACCEPTED, []
 
     def _autotune(self, order: Order) -> Message:

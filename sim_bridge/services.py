@@ -6,10 +6,12 @@ import dataclasses
 import math
 from collections.abc import Callable
 
+from sim_bridge.body import Body
 from sim_bridge.codec import Message, mavlink
 from sim_bridge.parameters import Parameters
 from sim_bridge.plan_items import Peer
 from sim_bridge.plan_storage import PlanStorage
+from sim_bridge.state import GeodeticPoint, Vector
 from sim_bridge.telemetry import Streams
 
 Reply = tuple[int, list[Message]]
@@ -64,6 +66,15 @@ class Order:
         """Parameter p1 … p7; None where it is not given."""
         value = self.params[number - 1]
         return value if math.isfinite(value) else None
+
+    def home(self, body: Body) -> Vector | None:
+        """Where MAV_CMD_DO_SET_HOME puts home: here, or at a place above sea level; None: it does not say."""
+        if self.whole(1) == 1:
+            return body.position_ned_m
+        latitude, longitude, amsl_m = (self.given(number) for number in (5, 6, 7))
+        if latitude is None or longitude is None or amsl_m is None:
+            return None
+        return body.local_ned(GeodeticPoint(latitude, longitude, amsl_m))
 
     def ack(self, result: int, progress: int = 0) -> Message:
         """The answer to whoever gave it."""
