@@ -1,0 +1,295 @@
+"""A whole flight in virtual time: the executive of real flights, the built-in vehicle, a line between them, faults."""
+
+from __future__ import annotations
+
+import dataclasses
+import functools
+import tempfile
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from benchmarks.faults.virtual_link import VirtualLink
+from mission.belief import Belief
+from mission.clock import FlightClock
+from mission.course import Course
+from mission.events import (
+    Assignment,
+    Checked,
+    Connected,
+    Entered,
+    FindWay,
+    FlightEnd,
+    FlightMethod,
+    NewCourse,
+    Order,
+    RunChecks,
+    Say,
+    Stream,
+    WayFound,
+)
+from mission.executive import Executive
+from mission.flight import energy_of, monitors_of
+from mission.ground import Ground
+from mission.loading import load
+from mission.mission_file import Mission
+from mission.phases import STREAMING, Phase
+from mission.site import problem_from_mission
+from mission.ways import along
+from planner import gate
+from planner.problem import Problem
+from planner.trajectory import Trajectory
+from sim_bridge.ardupilot import ArduCopter
+from sim_bridge.body import VehicleConfig
+from sim_bridge.faults import AnyFault
+from sim_bridge.frames import geodetic_from_enu
+from sim_bridge.link_autopilot import Autopilot
+from sim_bridge.px4 import Px4
+from sim_bridge.state import FlightMode, GeodeticPoint, VehicleState
+from sim_bridge.station import Station
+
+MISSION = """
+[site]
+origin = { latitude_deg = 47.3977, longitude_deg = 8.5456, altitude_amsl_m = 488.0 }
+box_min_enu_m = [0.0, 0.0, 8.0]
+box_max_enu_m = [120.0, 100.0, 30.0]
+fence_margin_m = 40.0
+[information]
+kind = "uniform"
+[[obstacle]]
+kind = "cylinder"
+center_enu_m = [60.0, 50.0]
+radius_m = 5.0
+floor_m = 0.0
+ceiling_m = 40.0
+[planner]
+start_enu_m = [20.0, 20.0, 12.0]
+duration_s = 80.0
+modes = [4, 4, 2]
+[flight]
+clearance_margin_m = 3.0
+takeoff_altitude_m = 10.0
+end = "return"
+"""
+CORNERS = np.array([[20.0, 20.0, 12.0], [95.0, 20.0, 12.0], [95.0, 75.0, 16.0], [30.0, 75.0, 14.0]])
+TICK_S = 0.01
+STREAM_S = 0.05
+LONGEST_S = 600.0
+WATCHED_S = 90.0
+REPLAN_EVERY_S = 6.0
+REPLAN_TAKES_S = 1.0
+REPLAN_LEAD_S = 2.0
+ASIDE_M = 2.0
+
+
+@functools.cache
+def mission() -> Mission:
+    """What is rehearsed."""
+    with tempfile.TemporaryDirectory() as folder:
+        path = Path(folder) / "rehearsal.toml"
+        path.write_text(MISSION, encoding="utf-8")
+        return load(path)
+
+
+@functools.cache
+def problem() -> Problem:
+    """The same for the planner."""
+    return problem_from_mission(mission())
+
+
+@dataclasses.dataclass(frozen=True)
+class Rehearsed:
+    """What a rehearsal came to.
+
+    Attributes:
+        ended: In which phase the flight ended.
+        mode: What the vehicle did at the end.
+        armed: Whether its motors still ran.
+        phases: Phases entered, with the moment and the reason.
+        said: What was told, with the moment.
+        faults: What went wrong with the flight itself; empty: nothing.
+        replans: New courses flown.
+    """
+
+    ended: Phase
+    mode: FlightMode
+    armed: bool
+    phases: tuple[tuple[float, Phase, str], ...]
+    said: tuple[tuple[float, str], ...]
+    faults: tuple[str, ...]
+    replans: int
+
+
+class Rehearsal:
+    """One flight.
+
+    Args:
+        autopilot: Of the vehicle.
+        faults: What goes wrong.
+        seed: Of everything random.
+    """
+
+    def __init__(self, autopilot: Autopilot, faults: Sequence[AnyFault] = (), seed: int = 0) -> None:
+        asked, known = mission(), problem()
+        origin = asked.site.origin.point()
+        self._link = VirtualLink(_station(autopilot, origin, faults, seed), autopilot, origin)
+        self._belief = Belief(known)
+        energy = energy_of(asked, known)
+        curve = along(CORNERS, known.limits)
+        limits = known.limits
+        assignment = Assignment(
+            exploration=curve,
+            takeoff_altitude_m=asked.takeoff_altitude_m,
+            end=FlightEnd.RETURN,
+            method=FlightMethod.OFFBOARD,
+            max_acceleration_mps2=limits.max_acceleration_mps2,
+            max_yaw_rate_radps=limits.max_yaw_rate_radps,
+            max_climb_mps=limits.max_climb_mps,
+        )
+        self.executive = Executive(assignment, monitors_of(asked, self._belief, energy))
+        # Only the finding of ways is used, which needs no vehicle.
+        self._ground = Ground(asked, self._belief, None, energy, None, assignment, lambda: None, lambda: True)  # pyright: ignore[reportArgumentType]
+        self._clock = FlightClock(0.0)
+        self._course: Course | None = None
+        self._answers: list = []
+        self._random = np.random.default_rng(seed)
+        self._replan_s: float | None = None
+        self._planned: tuple[float, Trajectory] | None = None
+        self._streamed_s = -1.0
+        self._closed_s: float | None = None
+        self._alone = False
+        self.now_s = 0.0
+        self.replans = 0
+        self.phases: list[tuple[float, Phase, str]] = []
+        self.said: list[tuple[float, str]] = []
+        self.broken: dict[str, str] = {}
+
+    def fly(self, watch: Callable[[Rehearsal], None] = lambda _: None) -> Rehearsed:
+        """Fly until the flight has ended, and then until the vehicle is safe."""
+        self._act(self.executive.receive(Connected(), 0.0), 0.0)
+        while not self._over() and self.now_s < LONGEST_S:
+            self._step()
+            watch(self)
+        state = self.executive.state
+        if not self._over():
+            self.broken.setdefault("end", f"still {self.executive.phase.value} after {LONGEST_S:.0f} s")
+        return Rehearsed(
+            self.executive.phase,
+            state.mode if state is not None else FlightMode.OTHER,
+            state is not None and state.armed,
+            tuple(self.phases),
+            tuple(self.said),
+            tuple(self.broken.values()),
+            self.replans,
+        )
+
+    def _over(self) -> bool:
+        """Whether the flight has ended, or whoever took over has had it for a while."""
+        taken_over = self.executive.phase is Phase.OVERRIDDEN and self.now_s - self.phases[-1][0] > WATCHED_S
+        return self.executive.finished or taken_over
+
+    def _step(self) -> None:
+        self.now_s += TICK_S
+        flight_s = self._clock.now(self.now_s)
+        if self._course is not None and self.now_s - self._streamed_s >= STREAM_S - 1e-9:
+            self._streamed_s = self.now_s
+            # A setpoint that is not finite raises here.
+            self._link.stream(self._course.at(flight_s + 0.5 * STREAM_S).setpoint(), self.now_s)
+        for event in self._link.advance(self.now_s):
+            if isinstance(event, VehicleState):
+                self._clock.hear(event.time_s, self.now_s)
+                at_s = self._clock.of(event.time_s)
+                self._judge(event)
+                self._act(self.executive.receive(event, at_s), at_s)
+            else:
+                self._act(self.executive.receive(event, flight_s), flight_s)
+        answers, self._answers = self._answers, []
+        for answer in answers:
+            self._act(self.executive.receive(answer, flight_s), flight_s)
+        if round(self.now_s / TICK_S) % 2 == 0:
+            self._act(self.executive.tick(flight_s), flight_s)
+            self._replan(flight_s)
+
+    def _act(self, actions, flight_s: float) -> None:
+        for action in actions:
+            match action:
+                case Stream(course):
+                    self._course = course
+                    if course is None:
+                        self._link.close_stream()
+                case Order(command, altitude_m):
+                    self._link.request(command, altitude_m, self.now_s)
+                case RunChecks():
+                    self._answers.append(Checked(()))
+                case FindWay():
+                    self._answers.append(self._way(action))
+                case Entered(phase, why):
+                    self.phases.append((self.now_s, phase, why))
+                case Say(text):
+                    self.said.append((self.now_s, text))
+
+    def _way(self, wanted: FindWay) -> WayFound:
+        try:
+            return WayFound(wanted.goal, self._ground.find_way(wanted))
+        except ValueError as error:
+            return WayFound(wanted.goal, None, str(error))
+
+    # Replans: another proven curve now and then, as a solver would give it.
+
+    def _replan(self, flight_s: float) -> None:
+        course = self.executive.course
+        if self._planned is not None and self.now_s >= self._planned[0]:
+            trajectory, self._planned = self._planned[1], None
+            before = self.executive.exploration
+            self._act(self.executive.receive(NewCourse(trajectory), flight_s), flight_s)
+            self.replans += self.executive.exploration is not before
+        flowing = course is not None and self.executive.phase is Phase.FOLLOWING and course.pace.target_rate == 1.0
+        due = self._replan_s is None or self.now_s - self._replan_s >= REPLAN_EVERY_S
+        if flowing and due and course is not None and course.at(flight_s).rate == 1.0:
+            self._replan_s = self.now_s
+            trajectory = self._another(course, course.at(flight_s).curve_s + REPLAN_LEAD_S)
+            if trajectory is not None:
+                self._planned = (self.now_s + REPLAN_TAKES_S, trajectory)
+
+    def _another(self, course: Course, from_s: float) -> Trajectory | None:
+        current = course.trajectory
+        knot = int(np.ceil((from_s - current.start_s) / current.knot_interval_s))
+        rest = current.control_points_m[max(knot, 0) :].copy()
+        if len(rest) < 30:
+            return None
+        swing = np.sin(np.pi * np.linspace(0.0, 1.0, len(rest) - 6)) ** 2
+        rest[3:-3, :2] += self._random.uniform(-ASIDE_M, ASIDE_M, 2) * swing[:, None]
+        start_s = current.start_s + max(knot, 0) * current.knot_interval_s
+        other = Trajectory(rest, current.knot_interval_s, start_s)
+        asked = dataclasses.replace(
+            problem(), start=other.motion_at(start_s), duration_s=other.duration_s, end_position_m=None
+        )
+        return other if gate.inspect(other, asked).passed else None
+
+    # What must never be.
+
+    def _judge(self, state: VehicleState) -> None:
+        place = np.asarray(state.position_enu_m)
+        monitors = self.executive.monitors
+        if state.armed and monitors.fence_distance_m(place) < -2.0:
+            self.broken.setdefault("fence", f"outside the fence at {self.now_s:.1f} s")
+        if state.armed and monitors.clearance_m(place) < 0.0:
+            self.broken.setdefault("clearance", f"into an obstacle at {self.now_s:.1f} s")
+        taken = self.executive.phase in (Phase.OVERRIDDEN, Phase.LANDED, Phase.ABORTED)
+        if taken and self._course is not None:
+            self.broken.setdefault("stream", f"setpoints while {self.executive.phase.value}")
+        if self.executive.phase in STREAMING and self._course is None:
+            self.broken.setdefault("silence", f"no setpoints while {self.executive.phase.value}")
+
+
+def _station(autopilot: Autopilot, origin: GeodeticPoint, faults: Sequence[AnyFault], seed: int) -> Station:
+    config = VehicleConfig(
+        geodetic_from_enu(mission().home_enu_m, origin),
+        ready_after_s=3.0,
+        parameters=(("COM_OBL_RC_ACT", 5.0),) if autopilot is Autopilot.PX4 else (),
+        wander_m=0.3,
+        seed=seed,
+    )
+    vehicle = Px4(config) if autopilot is Autopilot.PX4 else ArduCopter(config)
+    return Station(vehicle, seed=seed, faults=faults)
