@@ -68,6 +68,13 @@ _ALARM_TRIGGER = {
     Alarm.OFF_TRACK: Trigger.OFF_TRACK,
 }
 
+_GOAL = {
+    Phase.ENTERING: Goal.EXPLORATION,
+    Phase.TAKING_BACK: Goal.HOME,
+    Phase.TURNING_BACK: Goal.HOME,
+}
+"""Where the way leads that is sought in a phase."""
+
 _PASSES = (Trigger.TOO_CLOSE, Trigger.OFF_TRACK, Trigger.STALLED)
 """What may pass by itself while holding."""
 
@@ -105,6 +112,7 @@ class Executive:
         self.offboard_lost = 0
         self._entered_s = now_s
         self._heard_s = now_s
+        self._stated_s = now_s
         self._before = Phase.CONNECTING
         self._held_from = Phase.FOLLOWING
         self._blind_from = Phase.FOLLOWING
@@ -223,7 +231,7 @@ class Executive:
 
     def _hear(self, state: VehicleState, now_s: float) -> None:
         self.state = state
-        self._heard_s = now_s
+        self._heard_s = self._stated_s = now_s
         self._measure(state, now_s)
         match self.phase:
             case Phase.CONNECTING | Phase.WAITING_READY:
@@ -264,13 +272,20 @@ class Executive:
             self._fire(Trigger.ARMED, now_s)
         elif not state.armed and (settled or self.phase is not Phase.TAKING_OFF):
             self._fire(Trigger.DISARMED, now_s)
-        elif self.phase is Phase.TAKING_OFF and now_s - self._entered_s > STREAM_FIRST_S:
-            ground_up_m = self.home_m[2] if self.home_m is not None else 0.0
-            if readings.at_altitude(state, ground_up_m, self.assignment.takeoff_altitude_m):
-                by_mission = self.assignment.method is FlightMethod.MISSION
-                self._fire(Trigger.AT_ALTITUDE_MISSION if by_mission else Trigger.AT_ALTITUDE, now_s)
+
+    def _climbed(self, state: VehicleState, now_s: float) -> bool:
+        """Go on from the take-off, if it is done; PX4 then holds, which anywhere else is somebody else's doing."""
+        if self.phase is not Phase.TAKING_OFF or now_s - self._entered_s <= STREAM_FIRST_S:
+            return False
+        ground_up_m = self.home_m[2] if self.home_m is not None else 0.0
+        if not readings.at_altitude(state, ground_up_m, self.assignment.takeoff_altitude_m):
+            return False
+        by_mission = self.assignment.method is FlightMethod.MISSION
+        return self._fire(Trigger.AT_ALTITUDE_MISSION if by_mission else Trigger.AT_ALTITUDE, now_s)
 
     def _watch_mode(self, state: VehicleState, now_s: float) -> None:
+        if self._climbed(state, now_s):
+            return
         # An order that was not taken yet leaves the mode as it was.
         due_s = self._taken_s if order_of(self.phase) is not None else self._entered_s
         settled = due_s is not None and now_s - due_s > readings.MODE_GRACE_S
@@ -327,7 +342,7 @@ class Executive:
             self._fire(Trigger.TIMED_OUT, now_s)
 
     def _way_found(self, found: WayFound, now_s: float) -> None:
-        wanted = {Phase.ENTERING: Goal.EXPLORATION, Phase.TURNING_BACK: Goal.HOME}.get(self.phase)
+        wanted = _GOAL.get(self.phase)
         if found.goal is not wanted:
             return
         if found.trajectory is None:
@@ -361,7 +376,7 @@ class Executive:
     # What time brings.
 
     def _watch_link(self, now_s: float) -> None:
-        silent_s = (now_s - self._heard_s) / self._patience
+        silent_s = (now_s - self._stated_s) / self._patience
         if self.phase in STREAMING and silent_s > LINK_LOST_S:
             self._fire(Trigger.LINK_LOST, now_s)
         elif self.phase is Phase.BLIND and silent_s > LINK_GIVEN_UP_S and not self._told_to_return:
@@ -369,14 +384,14 @@ class Executive:
             self._say("not heard for long: no more setpoints, and it is told to return", warning=True)
             self._stop_stream()
             self._actions.append(Order(Command.RETURN))
-        elif silent_s > LINK_GONE_S:
+        elif (now_s - self._heard_s) / self._patience > LINK_GONE_S:
             self._fire(Trigger.LINK_GONE, now_s)
 
     def _watch_course(self, now_s: float) -> None:
         course = self.course
         if course is None:
             return
-        if self.phase in (Phase.ENTERING, Phase.TURNING_BACK):
+        if self.phase in (Phase.ENTERING, Phase.TAKING_BACK, Phase.TURNING_BACK):
             follows = self.state is not None and self.state.mode is FlightMode.EXTERNAL
             streamed = now_s - self._entered_s >= STREAM_FIRST_S or self.phase is Phase.TURNING_BACK
             if follows and streamed and self._way is not None and course.stands(now_s):
@@ -464,7 +479,7 @@ class Executive:
                 self._actions.append(RunChecks())
             case Phase.ENTERING:
                 self._seek_way(Goal.EXPLORATION, now_s)
-            case Phase.TURNING_BACK:
+            case Phase.TURNING_BACK | Phase.TAKING_BACK:
                 self._seek_way(Goal.HOME, now_s)
             case Phase.TRANSIT | Phase.FOLLOWING | Phase.RETURNING:
                 self._go(now_s)
@@ -501,7 +516,7 @@ class Executive:
         """Follow the way that was found, begin the exploration, or take up what was interrupted."""
         if self.phase is Phase.FOLLOWING and self._before is Phase.TRANSIT:
             self.course = self._begin(self.exploration, now_s, self.rejoin_s)
-        elif self._before in (Phase.ENTERING, Phase.TURNING_BACK) and self._way is not None:
+        elif self._before in _GOAL and self._way is not None:
             self.course = self._begin(self._way, now_s, None)
             self._blocked_s = None
         elif self._held_for is not Trigger.BLOCKED and self.course is not None:

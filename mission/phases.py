@@ -21,6 +21,7 @@ class Phase(enum.Enum):
     ARMING = "arming"
     TAKING_OFF = "taking off"
     ENTERING = "taking over"
+    TAKING_BACK = "taking over to return"
     TRANSIT = "flying to the start"
     FOLLOWING = "exploring"
     HOLDING = "holding"
@@ -83,6 +84,7 @@ class Trigger(enum.Enum):
 
 STREAMING = (
     Phase.ENTERING,
+    Phase.TAKING_BACK,
     Phase.TRANSIT,
     Phase.FOLLOWING,
     Phase.HOLDING,
@@ -111,7 +113,7 @@ FINAL = (Phase.LANDED, Phase.HANDED_OVER, Phase.ABORTED)
 
 _BEFORE_FLIGHT = (Phase.CONNECTING, Phase.WAITING_READY, Phase.CHECKING, Phase.ARMING)
 _OURS = tuple(phase for phase in AIRBORNE if phase is not Phase.BLIND)
-_OUTWARD = (Phase.ENTERING, Phase.TRANSIT, Phase.FOLLOWING, Phase.HOLDING)
+_OUTWARD = (Phase.TRANSIT, Phase.FOLLOWING, Phase.HOLDING)
 _AUTO = (Phase.AUTO_MISSION, Phase.AUTO_HOLD)
 
 
@@ -177,6 +179,13 @@ TABLE: tuple[Row, ...] = (
     Row(_OUTWARD, _T.OUTSIDE, _P.TURNING_BACK, "outside the fence"),
     Row(_OUTWARD, _T.RETURN, _P.TURNING_BACK, "called back by the operator"),
     Row((_P.FOLLOWING, _P.TRANSIT), _T.TIMED_OUT, _P.TURNING_BACK, "it took far longer than planned"),
+    # Where our setpoints do not fly it yet, they must first be taken.
+    Row((_P.ENTERING,), _T.BATTERY_LOW, _P.TAKING_BACK, "the charge left is what the way home needs"),
+    Row((_P.ENTERING,), _T.OUTSIDE, _P.TAKING_BACK, "outside the fence"),
+    Row((_P.ENTERING,), _T.RETURN, _P.TAKING_BACK, "called back by the operator"),
+    Row((_P.TAKING_BACK,), _T.UNDER_CONTROL, _P.RETURNING, "the way home is proven"),
+    Row((_P.TAKING_BACK,), _T.NO_WAY, _P.VEHICLE_RETURN, "no proven way leads home"),
+    Row((_P.TAKING_BACK,), _T.TIMED_OUT, _P.LANDING, "the vehicle did not take our setpoints"),
     Row((_P.TURNING_BACK,), _T.UNDER_CONTROL, _P.RETURNING, "the way home is proven"),
     Row((_P.TURNING_BACK,), _T.NO_WAY, _P.VEHICLE_RETURN, "no proven way leads home"),
     Row((_P.TURNING_BACK, _P.RETURNING), _T.TIMED_OUT, _P.VEHICLE_RETURN, "the way home took too long"),
@@ -198,6 +207,7 @@ TABLE: tuple[Row, ...] = (
     Row((_P.BLIND,), _T.LINK_BACK_HOLDING, _P.ENTERING, "heard again, held by its failsafe: rejoining"),
     Row((_P.BLIND,), _T.LINK_BACK_RETURNING, _P.VEHICLE_RETURN, "heard again, on its way back"),
     Row((_P.BLIND,), _T.RETURN, _P.VEHICLE_RETURN, "called back by the operator"),
+    Row((_P.BLIND,), _T.DISARMED, _P.ABORTED, "heard again, disarmed"),
     Row((_P.BLIND,), _T.TIMED_OUT, _P.ABORTED, "the vehicle was never heard again"),
     Row(
         (_P.TAKING_OFF, *_AUTO, _P.VEHICLE_RETURN, _P.LANDING, _P.HANDING_OVER, _P.OVERRIDDEN),
@@ -249,6 +259,7 @@ LIMIT_S: dict[Phase, float] = {
     Phase.CHECKING: 180.0,
     Phase.ARMING: 60.0,
     Phase.ENTERING: 60.0,
+    Phase.TAKING_BACK: 60.0,
     Phase.HOLDING: 1800.0,
     Phase.BLIND: 300.0,
     Phase.TURNING_BACK: 60.0,
@@ -259,11 +270,22 @@ LIMIT_S: dict[Phase, float] = {
 
 
 def expected_modes(phase: Phase) -> frozenset[FlightMode]:
-    """The modes a vehicle is in when nobody else took over; empty: any."""
+    """The modes a vehicle is in when nobody else took over; empty: any.
+
+    What it was in when the phase began is tolerated besides, until the phase's own order is taken and shown.
+    """
     match phase:
-        case Phase.TAKING_OFF | Phase.ENTERING:
-            return frozenset({FlightMode.TAKEOFF, FlightMode.HOLD, FlightMode.EXTERNAL})
-        case Phase.TRANSIT | Phase.FOLLOWING | Phase.HOLDING | Phase.TURNING_BACK | Phase.RETURNING:
+        case Phase.TAKING_OFF:
+            return frozenset({FlightMode.TAKEOFF, FlightMode.EXTERNAL})
+        case (
+            Phase.ENTERING
+            | Phase.TAKING_BACK
+            | Phase.TRANSIT
+            | Phase.FOLLOWING
+            | Phase.HOLDING
+            | Phase.TURNING_BACK
+            | Phase.RETURNING
+        ):
             return frozenset({FlightMode.EXTERNAL})
         case Phase.VEHICLE_RETURN:
             return frozenset({FlightMode.RETURN, FlightMode.LAND})
@@ -284,7 +306,7 @@ def order_of(phase: Phase) -> Command | None:
             return Command.ARM
         case Phase.TAKING_OFF:
             return Command.TAKE_OFF
-        case Phase.ENTERING:
+        case Phase.ENTERING | Phase.TAKING_BACK:
             return Command.FOLLOW_SETPOINTS
         case Phase.VEHICLE_RETURN:
             return Command.RETURN

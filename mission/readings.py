@@ -42,8 +42,8 @@ def at_altitude(state: VehicleState, ground_up_m: float, height_m: float) -> boo
     if state.landed is LandedState.ON_GROUND:
         return False
     height = state.position_enu_m[2] - ground_up_m
-    near = abs(height - height_m) < min(1.0, 0.2 * height_m) and abs(state.velocity_enu_mps[2]) < 0.3
-    return near or (state.mode is FlightMode.HOLD and height > 0.5 * height_m)
+    near = abs(height - height_m) < min(1.5, 0.25 * height_m)
+    return near and (abs(state.velocity_enu_mps[2]) < 0.3 or state.mode is FlightMode.HOLD)
 
 
 def mode_is_ours(phase: Phase, before: Phase, mode_before: FlightMode, settled: bool, state: VehicleState) -> bool:
@@ -59,7 +59,9 @@ def mode_is_ours(phase: Phase, before: Phase, mode_before: FlightMode, settled: 
     expected = expected_modes(phase)
     if not expected or (phase is Phase.TAKING_OFF and state.landed is LandedState.ON_GROUND):
         return True
-    if not settled and (state.mode is mode_before or state.mode in expected_modes(before)):
+    # PX4 ends its take-off by holding.
+    climbed = before is Phase.TAKING_OFF and state.mode is FlightMode.HOLD
+    if not settled and (climbed or state.mode is mode_before or state.mode in expected_modes(before)):
         return True
     return state.mode in expected
 
@@ -93,4 +95,4 @@ def taken_over_by(state: VehicleState) -> Trigger:
 
 def counts_as_lost_stream(phase: Phase) -> bool:
     """Whether leaving our mode in a phase means that setpoints were not followed any more."""
-    return phase in STREAMING and phase is not Phase.ENTERING
+    return phase in STREAMING and phase not in (Phase.ENTERING, Phase.TAKING_BACK)

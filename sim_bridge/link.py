@@ -35,13 +35,24 @@ from sim_bridge.link_guard import Guard
 from sim_bridge.link_telemetry import Heard, Telemetry
 from sim_bridge.link_wire import Wire, open_wire, parse_address
 from sim_bridge.signing import read_key, time_10us
-from sim_bridge.state import Command, CommandDone, FlightMode, GeodeticPoint, Setpoint, StatusText, VehicleState
+from sim_bridge.state import (
+    Command,
+    CommandDone,
+    FlightMode,
+    GeodeticPoint,
+    Setpoint,
+    StatusText,
+    VehicleState,
+    Waiting,
+)
 
 OWN_SYSTEM = 245
 OWN_COMPONENT = mavlink.MAV_COMP_ID_MISSIONPLANNER
 _RECEIVE_S = 0.1
 _MODE_SHOWN_S = 3.0
 _TEXT_KEPT_S = 3.0
+_IDLE_S = 0.5
+_ASK_AGAIN_S = 5.0
 _MOST_EVENTS = 20_000
 _MOST_GAPS = 2_000_000
 _SETPOINTS = (
@@ -120,6 +131,8 @@ class Link:
         self._texts: list[tuple[float, StatusText]] = []
         self._setpoint_times_s: list[float] = []
         self._stream_open = False
+        self._waits = True
+        self._asked_streams_s = 0.0
         self._closed = threading.Event()
         self._send_lock = threading.Lock()
         log_subscribe(lambda *_: True)
@@ -188,11 +201,7 @@ class Link:
         self._param = Param(self._system)
         self._direct = MavlinkDirect(self._system)
         self._worker.start()
-        if self.autopilot is Autopilot.ARDUPILOT:
-            for message_id, rate_hz in _STREAMS_HZ.items():
-                self._command_long(mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, float(message_id), 1e6 / rate_hz)
-        for message_id in (mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, mavlink.MAVLINK_MSG_ID_HOME_POSITION):
-            self._command_long(mavlink.MAV_CMD_REQUEST_MESSAGE, float(message_id))
+        self._ask_for_streams()
 
     @property
     def autopilot(self) -> Autopilot:
@@ -327,6 +336,8 @@ class Link:
                 for event in self._telemetry.receive(accepted.message):
                     if self._on_state is not None and isinstance(event, VehicleState):
                         self._on_state(event.time_s, host_s)
+                    if isinstance(event, VehicleState | Waiting):
+                        self._waits = isinstance(event, Waiting)
                     self._post(host_s, event)
                 self._sdk.pass_received_raw_bytes(accepted.frame)
 
@@ -352,8 +363,30 @@ class Link:
             if sealed := self._guard.seal(frame):
                 self._wire.send(sealed)
 
+    def _ask_for_streams(self) -> None:
+        """Ask for what the vehicle does not send by itself; where one is refused, the others still come."""
+        self._asked_streams_s = time.monotonic()
+        wanted = []
+        if self.autopilot is Autopilot.ARDUPILOT:
+            interval = mavlink.MAV_CMD_SET_MESSAGE_INTERVAL
+            wanted += [(interval, float(message_id), 1e6 / rate_hz) for message_id, rate_hz in _STREAMS_HZ.items()]
+        for message_id in (mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, mavlink.MAVLINK_MSG_ID_HOME_POSITION):
+            wanted.append((mavlink.MAV_CMD_REQUEST_MESSAGE, float(message_id), 0.0))
+        for command, *params in wanted:
+            with contextlib.suppress(LinkError, MavlinkDirectError):
+                self._command_long(command, *params)
+
     def _work(self) -> None:
-        while (order := self._orders.get()) is not None:
+        while True:
+            try:
+                order = self._orders.get(timeout=_IDLE_S)
+            except queue.Empty:
+                # A vehicle that was restarted has forgotten what it was asked to send.
+                if self._waits and time.monotonic() - self._asked_streams_s > _ASK_AGAIN_S:
+                    self._ask_for_streams()
+                continue
+            if order is None:
+                return
             command, altitude_m = order
             try:
                 self._carry_out(command, altitude_m)

@@ -27,6 +27,8 @@ _TEXT_BYTES = 50
 # A clock that falls back by more than this was restarted; by less, a message came late.
 _REBOOT_S = 5.0
 _STALE_S = 0.5
+# Heartbeats come once a second.
+_BEATS_WITHOUT_POSITION = 5
 _CLOCKS = (
     mavlink.MAVLink_local_position_ned_message,
     mavlink.MAVLink_attitude_message,
@@ -62,6 +64,7 @@ class Telemetry:
         self._heartbeat: mavlink.MAVLink_heartbeat_message | None = None
         self._status: mavlink.MAVLink_sys_status_message | None = None
         self._position: tuple[float, Vector, Vector] | None = None
+        self._beats = 0
         self._yaw_enu_rad: float | None = None
         self._home_m: Vector | None = None
         self._landed = LandedState.UNKNOWN
@@ -113,7 +116,7 @@ class Telemetry:
         missing = []
         if self._heartbeat is None:
             missing.append("its heartbeat")
-        if self._position is None:
+        if self._position is None or self._beats > _BEATS_WITHOUT_POSITION:
             missing.append("its local position estimate")
         if self.origin is None:
             missing.append("the origin of its local frame")
@@ -171,7 +174,8 @@ class Telemetry:
             return []
         self._heartbeat = message
         self.autopilot = Autopilot(message.autopilot)
-        if self._position is None or not self.complete:
+        self._beats += 1
+        if self._position is None or not self.complete or self._beats > _BEATS_WITHOUT_POSITION:
             return [Waiting(self.waiting_for())]
         stale = self.time_s - self._position[0] > _STALE_S
         return [self._state(*self._position)] if stale else []
@@ -181,6 +185,7 @@ class Telemetry:
         numbers = (message.x, message.y, message.z, message.vx, message.vy, message.vz)
         if (self._position is not None and time_s <= self._position[0]) or not all(map(math.isfinite, numbers)):
             return []
+        self._beats = 0
         self._position = (time_s, numbers[:3], numbers[3:])
         return [self._state(*self._position)] if self.complete else []
 
