@@ -25,8 +25,14 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
+from scipy.special import factorial
 
 from planner.problem import Covered, MetricWeights
+
+_TERMS = np.arange(7)
+# sin(πv)/v and cos(πv) in powers of v².
+_SINE_SERIES = ((-1.0) ** _TERMS * np.pi ** (2 * _TERMS + 1) / factorial(2 * _TERMS + 1)).astype(np.float32)
+_COSINE_SERIES = ((-1.0) ** _TERMS * np.pi ** (2 * _TERMS) / factorial(2 * _TERMS)).astype(np.float32)
 
 
 class SpectralMetric(eqx.Module):
@@ -116,8 +122,9 @@ def _tables(position: Float[Array, "time"], modes: int) -> tuple[Float[Array, "k
     barriers keep the compiler from fusing the rounds, which would compute each of them again for every mode: with them
     the tables cost a third.
     """
-    angle = jnp.pi * position[None]
-    cosine, sine = jax.lax.optimization_barrier((jnp.cos(angle), jnp.sin(angle)))
+    if modes == 1:
+        return jnp.ones_like(position[None]), jnp.zeros_like(position[None])
+    cosine, sine = jax.lax.optimization_barrier(_half_turns(position[None]))
     while cosine.shape[0] < modes - 1:
         cos_last, sin_last = cosine[-1:], sine[-1:]
         cosine, sine = jax.lax.optimization_barrier(
@@ -128,9 +135,25 @@ def _tables(position: Float[Array, "time"], modes: int) -> tuple[Float[Array, "k
         )
     slope = (-np.pi * np.sqrt(2.0) * np.arange(1, modes)).astype(position.dtype)[:, None]
     return (
-        jnp.concatenate([jnp.ones_like(angle), cosine[: modes - 1] * np.float32(np.sqrt(2.0))]),
-        jnp.concatenate([jnp.zeros_like(angle), sine[: modes - 1] * slope]),
+        jnp.concatenate([jnp.ones_like(position[None]), cosine[: modes - 1] * np.float32(np.sqrt(2.0))]),
+        jnp.concatenate([jnp.zeros_like(position[None]), sine[: modes - 1] * slope]),
     )
+
+
+def _half_turns(w: Float[Array, "..."]) -> tuple[Float[Array, "..."], Float[Array, "..."]]:
+    """cos(πw) and sin(πw) to single precision, a third of the time of the general functions.
+
+    Those are made for arguments of any size. Here w is folded into one period, and about its quarter both are short
+    Taylor series (|v| ≤ ½: the first term left out is below 2e-8).
+    """
+    folded = w - 2.0 * jnp.round(0.5 * w)
+    v = 0.5 - jnp.abs(folded)
+    square = v * v
+    sine = jnp.full_like(w, _SINE_SERIES[-1])
+    cosine = jnp.full_like(w, _COSINE_SERIES[-1])
+    for odd, even in zip(_SINE_SERIES[-2::-1], _COSINE_SERIES[-2::-1], strict=True):
+        sine, cosine = sine * square + odd, cosine * square + even
+    return v * sine, jnp.sign(folded) * cosine
 
 
 def _residual(
