@@ -106,6 +106,8 @@ class _Work:
         self.judge = Judge(problem, options)
         self.patterns: list[str] = []
         self.best: list[Candidate] = []
+        # Whose newest version would be the better one if the gate let it through.
+        self.refused: list[bool] = []
         self.warm = False
         self.steps = 0
 
@@ -132,10 +134,12 @@ class _Work:
             if not np.isfinite(points).all():
                 continue
             new = self.judge.candidate(trajectory_of(self.problem, points), pattern)
-            if index < len(self.best):
-                self.best[index] = better(self.best[index], new)
-            else:
+            if index == len(self.best):
                 self.best.append(new)
+                self.refused.append(False)
+            kept = self.best[index]
+            self.refused[index] = not new.feasible and (not kept.feasible or new.cost < kept.cost)
+            self.best[index] = better(kept, new)
 
     def refine(self, seeds: Particles) -> None:
         """The product's own optimiser."""
@@ -146,7 +150,7 @@ class _Work:
             self.steps += STEIN_STEPS
         self._polish(particles, WARM_POLISH_PENALTIES if self.warm else POLISH_PENALTIES, "polish", 0.1, 0.8)
         for repair in range(MOST_REPAIRS):
-            if self.out_of_time() or all(candidate.feasible for candidate in self.best):
+            if self.out_of_time() or not any(self.refused):
                 break
             # From where the optimiser left off, which is nearer to good than the seed that may have been kept.
             detours = self._around_obstacles(self._last)
@@ -193,8 +197,8 @@ class _Work:
         """The set with its refused candidates led around what they run through."""
         free = FreeSpace(self.problem)
         found = np.array(particles)
-        for index, candidate in enumerate(self.best):
-            if not candidate.feasible and np.isfinite(particles[index]).all():
+        for index, refused in enumerate(self.refused):
+            if refused and np.isfinite(particles[index]).all():
                 found[index] = self._free_along(rerouted(trajectory_of(self.problem, particles[index]), free))
         return found
 
