@@ -1,7 +1,7 @@
 """The flight as one table: in which phase, on what trigger, to which phase, and why.
 
-`mission.executive` is the machine that runs it; what is done on entering a phase depends on the phase alone.
-A trigger without a row for the phase it comes in changes nothing. `docs/safety.md` prints this table.
+`mission.executive` turns what is heard into triggers, `mission.phase_machine` takes the rows. A trigger without a row
+for the phase it comes in changes nothing. `docs/safety.md` says which hazard each of them answers.
 """
 
 from __future__ import annotations
@@ -252,21 +252,6 @@ def next_phase(phase: Phase, trigger: Trigger) -> Row | None:
 
 
 _ROWS = {(phase, row.trigger): row for row in TABLE for phase in row.phases}
-
-
-LIMIT_S: dict[Phase, float] = {
-    Phase.CONNECTING: 60.0,
-    Phase.CHECKING: 180.0,
-    Phase.ARMING: 60.0,
-    Phase.ENTERING: 60.0,
-    Phase.TAKING_BACK: 60.0,
-    Phase.HOLDING: 1800.0,
-    Phase.BLIND: 300.0,
-    Phase.TURNING_BACK: 60.0,
-    Phase.VEHICLE_RETURN: 900.0,
-    Phase.HANDING_OVER: 30.0,
-}
-"""How long a phase may take, flight seconds; the others have limits that depend on what is flown."""
 
 
 def expected_modes(phase: Phase) -> frozenset[FlightMode]:

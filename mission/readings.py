@@ -3,10 +3,8 @@
 from __future__ import annotations
 
 from mission.phases import STREAMING, Phase, Trigger, expected_modes
+from mission.stay import Stay
 from sim_bridge.state import Command, FlightMode, LandedState, VehicleState
-
-MODE_GRACE_S = 3.0
-"""The heartbeat shows a mode up to a second late, and a lost one takes another."""
 
 
 def obeyed(command: Command, state: VehicleState) -> bool:
@@ -46,46 +44,37 @@ def at_altitude(state: VehicleState, ground_up_m: float, height_m: float) -> boo
     return near and (abs(state.velocity_enu_mps[2]) < 0.3 or state.mode is FlightMode.HOLD)
 
 
-def mode_is_ours(phase: Phase, before: Phase, mode_before: FlightMode, settled: bool, state: VehicleState) -> bool:
+def motors(stay: Stay, state: VehicleState, now_s: float) -> Trigger | None:
+    """What the motors say: armed as asked, or disarmed; None: nothing new.
+
+    Args:
+        stay: What the flight is doing.
+        state: What the vehicle tells.
+        now_s: Flight clock.
+    """
+    if stay.phase is Phase.ARMING and state.armed:
+        return Trigger.ARMED
+    if not state.armed and (stay.settled(now_s) or stay.phase is not Phase.TAKING_OFF):
+        return Trigger.DISARMED
+    return None
+
+
+def mode_is_ours(stay: Stay, settled: bool, state: VehicleState) -> bool:
     """Whether the mode is one that this flight asked for.
 
     Args:
-        phase: What the flight is doing.
-        before: What it did before that.
-        mode_before: The mode that was seen when the phase began.
+        stay: What the flight is doing.
         settled: Whether the phase's own mode was taken long enough ago to be shown.
         state: What the vehicle tells.
     """
-    expected = expected_modes(phase)
-    if not expected or (phase is Phase.TAKING_OFF and state.landed is LandedState.ON_GROUND):
+    expected = expected_modes(stay.phase)
+    if not expected or (stay.phase is Phase.TAKING_OFF and state.landed is LandedState.ON_GROUND):
         return True
     # PX4 ends its take-off by holding.
-    climbed = before is Phase.TAKING_OFF and state.mode is FlightMode.HOLD
-    if not settled and (climbed or state.mode is mode_before or state.mode in expected_modes(before)):
+    climbed = stay.before is Phase.TAKING_OFF and state.mode is FlightMode.HOLD
+    if not settled and (climbed or state.mode is stay.mode_before or state.mode in expected_modes(stay.before)):
         return True
     return state.mode in expected
-
-
-def heard_again(state: VehicleState, told_to_return: bool, may_rejoin: bool) -> Trigger:
-    """What to make of a vehicle that was not heard for a while.
-
-    Args:
-        state: What it tells now.
-        told_to_return: Whether it was told to return meanwhile.
-        may_rejoin: Whether the exploration may be taken up once more.
-    """
-    ours = state.mode is FlightMode.EXTERNAL
-    going_home = state.mode in (FlightMode.RETURN, FlightMode.LAND)
-    if not state.armed:
-        return Trigger.DISARMED
-    if going_home and (state.failsafe or told_to_return):
-        return Trigger.LINK_BACK_RETURNING
-    if ours and not told_to_return:
-        return Trigger.LINK_BACK
-    if ours or state.failsafe:
-        # Held by its failsafe, or still waiting for setpoints that we stopped sending.
-        return Trigger.LINK_BACK_HOLDING if may_rejoin else Trigger.LINK_BACK_RETURNING
-    return Trigger.PILOT
 
 
 def taken_over_by(state: VehicleState) -> Trigger:

@@ -1,0 +1,109 @@
+"""What is flown: the exploration, the way that is sought, the course made of them, and what blocks it."""
+
+from __future__ import annotations
+
+from mission.course import Course, vector
+from mission.events import Assignment
+from planner.trajectory import Trajectory
+from sim_bridge.state import Vector, VehicleState
+
+_BLOCKED_RESERVE_S = 1.0
+
+
+class CourseKeeper:
+    """Keeps the course.
+
+    Args:
+        assignment: What to fly.
+        from_s: Curve time at which the exploration begins, where a part of it was flown before; None: its start.
+
+    Attributes:
+        exploration: The proven curve that is explored on, as replans left it.
+        course: What setpoints are taken from; None: none are sent.
+        way: The proven way that was asked for; None: not found yet.
+        rejoin_s: Curve time at which the exploration is taken up.
+        explored: Whether it was flown to its end.
+        blocked_s: Curve time from which new information makes the course unsafe; None: nowhere.
+    """
+
+    def __init__(self, assignment: Assignment, from_s: float | None) -> None:
+        self._assignment = assignment
+        self.exploration = assignment.exploration
+        self.course: Course | None = None
+        self.way: Trajectory | None = None
+        self.rejoin_s = assignment.exploration.start_s if from_s is None else from_s
+        self.explored = False
+        self.blocked_s: float | None = None
+
+    def stand(self, state: VehicleState, now_s: float) -> None:
+        """Stand where the vehicle is."""
+        self.course = Course.standing(state.position_enu_m, now_s, state.yaw_enu_rad)
+
+    def brake(self, now_s: float) -> None:
+        """Come to a standstill along the course."""
+        if self.course is not None:
+            self.course = self.course.braking(now_s)
+
+    def resume(self, now_s: float) -> None:
+        """Take up full pace again."""
+        if self.course is not None:
+            self.course = self.course.resuming(now_s)
+
+    def drop(self) -> None:
+        """Follow nothing."""
+        self.course = None
+
+    def begin_exploration(self, now_s: float) -> None:
+        """Begin the exploration where it is taken up, at rest there."""
+        self._begin(self.exploration, now_s, self.rejoin_s)
+
+    def begin_way(self, way: Trajectory, now_s: float) -> None:
+        """Begin a way, at rest at its start; it was proven with everything known."""
+        self._begin(way, now_s, None)
+        self.blocked_s = None
+
+    def begin_anew(self, exploration: Trajectory, now_s: float) -> None:
+        """Explore on a curve that begins where the vehicle stands."""
+        self.exploration = exploration
+        self._begin(exploration, now_s, None)
+        self.blocked_s = None
+
+    def go_over(self, course: Course, exploration: Trajectory, now_s: float) -> None:
+        """Leave a course for another curve at that one's start.
+
+        Raises:
+            ValueError: The curves do not meet there.
+        """
+        self.exploration = exploration
+        self.course = course.continued(exploration, now_s)
+        self.blocked_s = None
+
+    def leave_exploration(self, now_s: float) -> None:
+        """Note where the exploration goes on: where braking from here comes to a standstill."""
+        if self.course is not None:
+            self.rejoin_s = min(self.course.braking(now_s).stop_s(), self.exploration.end_s)
+
+    def rejoin_m(self) -> Vector:
+        """Where the exploration is taken up."""
+        return vector(self.exploration.motion_at(self.rejoin_s).position_m)
+
+    def stands(self, now_s: float) -> bool:
+        """Whether the course has come to a standstill."""
+        return self.course is not None and self.course.stands(now_s)
+
+    def finished(self, now_s: float) -> bool:
+        """Whether the course has come to its end."""
+        return self.course is not None and self.course.finished(now_s)
+
+    def must_brake(self, now_s: float) -> bool:
+        """Whether braking must begin now to stand well before what is blocked."""
+        if self.course is None or self.blocked_s is None:
+            return False
+        return self.course.braking(now_s).stop_s() >= self.blocked_s - _BLOCKED_RESERVE_S
+
+    def _begin(self, trajectory: Trajectory, now_s: float, from_s: float | None) -> None:
+        yaw = self.course.at(now_s).yaw_rad if self.course is not None else 0.0
+        limits = self._assignment
+        self.course = Course.begin(
+            trajectory, now_s, yaw, limits.max_acceleration_mps2, limits.max_yaw_rate_radps, from_s=from_s
+        )
