@@ -1,0 +1,44 @@
+"""Commands: given when they are due, asked again, and refusals shown."""
+
+from mission.events import (
+    Operator,
+)
+from mission.phases import Phase
+from sim_bridge.state import (
+    Command,
+)
+from tests.mission.rehearsed_flight import Flight
+
+
+def test_arming_is_tried_again_and_the_refusal_is_shown_once():
+    flight = Flight()
+    flight.vehicle.refuse[Command.ARM] = ['denied ("Preflight Fail: compass")'] * 3
+    flight.run_to(Phase.TAKING_OFF)
+    assert flight.vehicle.orders.count(Command.ARM) == 4
+    assert sum("compass" in text for text in flight.said) == 1
+
+
+def test_arming_that_is_always_refused_aborts():
+    flight = Flight()
+    flight.vehicle.refuse[Command.ARM] = ["denied"] * 100
+    flight.run()
+    assert flight.phase is Phase.ABORTED
+    assert Command.TAKE_OFF not in flight.vehicle.orders
+
+
+def test_a_landing_that_is_refused_is_asked_for_again():
+    flight = Flight().exploring()
+    flight.vehicle.refuse[Command.LAND] = ["temporarily rejected"] * 2
+    flight.tell(Operator.LAND)
+    flight.run()
+    assert flight.vehicle.orders.count(Command.LAND) == 3
+    assert flight.phase is Phase.LANDED
+
+
+def test_setpoints_go_on_until_the_landing_is_taken_and_not_one_step_longer():
+    flight = Flight().exploring()
+    flight.tell(Operator.LAND)
+    flight.run_for(0.5)
+    assert flight.course is not None
+    flight.run_for(2.0)
+    assert flight.course is None

@@ -1,0 +1,84 @@
+"""Holding on the course, and going on: the operator, obstacles, wind, a stalled stream."""
+
+import numpy as np
+import pytest
+
+from mission.events import (
+    Operator,
+    Stalled,
+)
+from mission.phases import Phase
+from tests.mission.rehearsed_flight import LIMITS, Flight, largest_jump_mps
+
+
+def test_a_pause_stands_on_the_course_and_a_resume_goes_on_from_there():
+    flight = Flight().exploring()
+    flight.tell(Operator.PAUSE)
+    flight.run_for(10.0)
+    assert flight.phase is Phase.HOLDING
+    stood = flight.vehicle.position.copy()
+    assert np.linalg.norm(flight.vehicle.velocity) < 1e-9
+    flight.tell(Operator.RESUME)
+    flight.run_for(0.2)
+    assert np.linalg.norm(flight.vehicle.position - stood) < 0.2
+    flight.run()
+    assert flight.phase is Phase.LANDED
+    assert flight.executive.explored
+    assert largest_jump_mps(flight) <= LIMITS.max_speed_mps * 1.01
+
+
+@pytest.mark.parametrize("phase", [Phase.TRANSIT, Phase.FOLLOWING, Phase.RETURNING])
+def test_whatever_is_interrupted_is_taken_up_again(phase):
+    flight = Flight().run_to(phase).run_for(2.0)
+    flight.tell(Operator.PAUSE)
+    flight.run_for(5.0)
+    assert flight.phase is Phase.HOLDING
+    flight.tell(Operator.RESUME)
+    assert flight.phase is phase
+    assert flight.run().phase is Phase.LANDED
+
+
+def test_too_close_to_an_obstacle_it_holds_and_goes_on_when_clear():
+    flight = Flight().exploring()
+    flight.obstacle = flight.vehicle.position.copy()
+    flight.run_for(0.1)
+    assert flight.phase is Phase.HOLDING
+    flight.obstacle = None
+    flight.run_for(8.0)
+    assert flight.phase is Phase.FOLLOWING
+
+
+def test_what_keeps_happening_ends_the_exploration():
+    flight = Flight().exploring()
+    for _ in range(4):
+        flight.obstacle = flight.vehicle.position.copy()
+        flight.run_for(0.1)
+        flight.obstacle = None
+        flight.run_for(6.0)
+    assert Phase.TURNING_BACK in flight.phases
+    assert flight.run().phase is Phase.LANDED
+
+
+def test_blown_off_the_course_it_waits_until_it_is_back():
+    flight = Flight().exploring()
+    flight.push = np.array([0.0, 4.0, 0.0])
+    flight.run_for(0.2)
+    assert flight.phase is Phase.HOLDING
+    flight.push = np.zeros(3)
+    flight.run_for(8.0)
+    assert flight.phase is Phase.FOLLOWING
+
+
+def test_a_stream_that_braked_by_itself_is_taken_up_where_it_stands():
+    flight = Flight().exploring()
+    course = flight.executive.course
+    assert course is not None
+    braked = course.braking(flight.now_s)
+    flight.course = braked
+    flight.now_s += 3.0
+    flight.tell(Stalled(braked))
+    assert flight.phase is Phase.HOLDING
+    flight.run_for(8.0)
+    assert flight.phase is Phase.FOLLOWING
+    assert flight.run().phase is Phase.LANDED
+    assert largest_jump_mps(flight) <= LIMITS.max_speed_mps * 1.01

@@ -1,0 +1,86 @@
+"""New courses, and courses that are blocked."""
+
+import dataclasses
+
+import numpy as np
+import pytest
+
+from mission.events import (
+    CourseBlocked,
+    NewCourse,
+    Operator,
+)
+from mission.phases import Phase
+from mission.ways import along
+from planner.trajectory import Trajectory
+from tests.mission.rehearsed_flight import CORNERS, LIMITS, Flight, largest_jump_mps
+
+
+def test_a_new_course_is_taken_at_its_start_without_a_jump():
+    flight = Flight().exploring()
+    course = flight.executive.course
+    assert course is not None
+    switch_s = course.at(flight.now_s).curve_s + 2.0
+    old = flight.executive.exploration
+    # The same curve from the switch on, then another end.
+    first = int((switch_s - old.start_s) / old.knot_interval_s)
+    switch_s = old.start_s + first * old.knot_interval_s
+    points = np.vstack([old.control_points_m[first : first + 20], np.tile([40.0, 20.0, 12.0], (3, 1))])
+    new = Trajectory(points, old.knot_interval_s, switch_s)
+    flight.tell(NewCourse(new))
+    assert flight.executive.exploration is new
+    flight.run()
+    assert flight.phase is Phase.LANDED
+    reached = [s.position_enu_m for _, s in flight.setpoints]
+    assert min(np.linalg.norm(np.subtract(p, [40.0, 20.0, 12.0])) for p in reached) < 1e-6
+
+
+def test_new_courses_may_follow_each_other_before_the_first_has_begun():
+    flight = Flight().exploring()
+    old = flight.executive.exploration
+    course = flight.executive.course
+    assert course is not None
+    here_s = course.at(flight.now_s).curve_s
+    for ahead_s in (4.0, 6.0, 8.0, 10.0):
+        knot = int((here_s + ahead_s - old.start_s) / old.knot_interval_s)
+        start_s = old.start_s + knot * old.knot_interval_s
+        flight.tell(NewCourse(Trajectory(old.control_points_m[knot:], old.knot_interval_s, start_s)))
+    flight.run()
+    assert flight.phase is Phase.LANDED
+    assert largest_jump_mps(flight) <= LIMITS.max_speed_mps * 1.01
+
+
+def test_a_new_course_that_comes_too_late_is_dropped():
+    flight = Flight().exploring()
+    old = flight.executive.exploration
+    flight.tell(NewCourse(dataclasses.replace(old, start_s=0.5)))
+    assert flight.executive.exploration is old
+    assert flight.run().phase is Phase.LANDED
+
+
+def test_a_course_that_does_not_continue_the_old_one_is_an_error():
+    flight = Flight().exploring()
+    course = flight.executive.course
+    assert course is not None
+    with pytest.raises(ValueError, match="does not continue"):
+        flight.tell(NewCourse(along(CORNERS[::-1], LIMITS).__class__(CORNERS[::-1], 1.0, course.end_s - 1.0)))
+
+
+def test_a_blocked_course_is_flown_up_to_the_block_and_no_further():
+    flight = Flight().exploring()
+    course = flight.executive.course
+    assert course is not None
+    blocked_s = course.at(flight.now_s).curve_s + 8.0
+    place = course.motion_at(blocked_s).position_m
+    flight.tell(CourseBlocked(blocked_s, "a crane"))
+    flight.run_for(1.0)
+    assert flight.phase is Phase.FOLLOWING
+    flight.run_for(20.0)
+    assert flight.phase is Phase.HOLDING
+    assert np.linalg.norm(flight.vehicle.position - place) > 1.0
+    flight.tell(Operator.RESUME)
+    assert flight.phase is Phase.HOLDING
+    stop = flight.executive.course.stop_position()
+    flight.tell(NewCourse(along(np.array([stop, [20.0, 20.0, 10.0]]), LIMITS)))
+    assert flight.phase is Phase.FOLLOWING
+    assert flight.run().phase is Phase.LANDED
