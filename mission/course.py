@@ -25,6 +25,7 @@ from sim_bridge.state import Setpoint, Vector
 
 _HEADING_INTERVAL_S = 0.1
 _SHORTEST_RAMP_S = 0.5
+_NEAREST_STEP_S = 0.1
 # Braking shares the acceleration limit with the curve's own acceleration.
 _BRAKING_SHARE = 0.6
 
@@ -245,6 +246,36 @@ class Course:
     def resuming(self, now_s: float) -> Course:
         """The course that takes up its full pace again."""
         return self._paced(now_s, 1.0)
+
+    def taken_up(self, curve_s: float, velocity_mps: Float[np.ndarray, "3"], now_s: float) -> Course:
+        """The course from a moment of the curve on, at the pace that a vehicle has which is there.
+
+        Args:
+            curve_s: Time along the curve.
+            velocity_mps: Of the vehicle.
+            now_s: Flight clock.
+        """
+        along = self.motion_at(curve_s).velocity_mps
+        rate = float(np.clip(along @ velocity_mps / max(float(along @ along), 1e-6), 0.0, 1.0))
+        return dataclasses.replace(self, pace=Pace(now_s, curve_s, rate, rate))
+
+    def nearest(self, position_m: Float[np.ndarray, "3"], first_s: float, last_s: float) -> tuple[float, float]:
+        """Where a stretch of the course comes nearest to a place.
+
+        Args:
+            position_m: The place.
+            first_s: Curve time at which the stretch begins; before the course it is the course's beginning.
+            last_s: Curve time at which it ends.
+
+        Returns:
+            Curve time to a tenth of a second, and the distance there in metres.
+        """
+        first_s = max(first_s, self.legs[0].trajectory.start_s)
+        count = max(2, math.ceil((last_s - first_s) / _NEAREST_STEP_S) + 1)
+        moments = np.linspace(first_s, max(first_s, last_s), count)
+        apart = np.linalg.norm(self.positions_at(moments) - position_m, axis=1)
+        index = int(apart.argmin())
+        return float(moments[index]), float(apart[index])
 
     def _paced(self, now_s: float, target_rate: float) -> Course:
         curve_s, rate, _ = self.pace.at(now_s)

@@ -2,12 +2,18 @@
 
 from __future__ import annotations
 
+import math
+
+import numpy as np
+
 from mission.course import Course, vector
 from mission.events import Assignment
 from planner.trajectory import Trajectory
 from sim_bridge.state import Vector, VehicleState
 
 _BLOCKED_RESERVE_S = 1.0
+_LOOK_BACK_S = 2.0
+"""A vehicle is that far behind its course at most without anything being wrong, and some more."""
 
 
 class CourseKeeper:
@@ -78,10 +84,40 @@ class CourseKeeper:
         self.course = course.continued(exploration, now_s)
         self.blocked_s = None
 
-    def leave_exploration(self, now_s: float) -> None:
-        """Note where the exploration goes on: where braking from here comes to a standstill."""
-        if self.course is not None:
-            self.rejoin_s = min(self.course.braking(now_s).stop_s(), self.exploration.end_s)
+    def fall_back(self, state: VehicleState, silent_s: float, now_s: float) -> float:
+        """Take the course up where a vehicle is on it that heard nothing of it for a while.
+
+        Setpoints that went on without it are far ahead; told of those, it would catch up as fast as its own limits
+        allow, which may be faster than the flight's.
+
+        Args:
+            state: What the vehicle tells.
+            silent_s: How long it was not heard.
+            now_s: Flight clock.
+
+        Returns:
+            How far the vehicle is from what the course was until now, metres.
+        """
+        course = self.course
+        if course is None:
+            return math.inf
+        position_m = np.asarray(state.position_enu_m)
+        here_s = course.at(now_s).curve_s
+        moment_s, apart_m = course.nearest(position_m, here_s - silent_s - _LOOK_BACK_S, here_s)
+        self.course = course.taken_up(moment_s, np.asarray(state.velocity_enu_mps), now_s)
+        return apart_m
+
+    def leave_exploration(self, now_s: float, heard_s: float | None = None) -> None:
+        """Note where the exploration goes on.
+
+        Args:
+            now_s: Flight clock: it goes on where braking from here comes to a standstill.
+            heard_s: When the vehicle was heard last, where it is not heard any more: it goes on where it was then.
+        """
+        if self.course is None:
+            return
+        left_s = self.course.braking(now_s).stop_s() if heard_s is None else self.course.at(heard_s).curve_s
+        self.rejoin_s = min(max(left_s, self.exploration.start_s), self.exploration.end_s)
 
     def rejoin_m(self) -> Vector:
         """Where the exploration is taken up."""

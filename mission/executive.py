@@ -8,6 +8,8 @@ vehicle's time, made continuous.
 
 from __future__ import annotations
 
+import numpy as np
+
 from mission import readings
 from mission.course import Course
 from mission.course_keeper import CourseKeeper
@@ -27,10 +29,10 @@ from mission.events import (
     WayFound,
 )
 from mission.known_vehicle import KnownVehicle
-from mission.link_watch import LinkWatch, Silence
+from mission.link_watch import NOTICED_S, LinkWatch, Silence
 from mission.monitors import Alarm, Monitors
 from mission.phase_machine import GOAL, PhaseMachine
-from mission.phases import AIRBORNE, FINAL, ON_COURSE, STREAMING, Phase, Trigger, order_of
+from mission.phases import AIRBORNE, FINAL, HOMEWARD, ON_COURSE, STREAMING, Phase, Trigger, order_of
 from mission.standing_order import STREAM_FIRST_S, StandingOrder
 from mission.stay import MODE_GRACE_S, limit_s
 from planner.trajectory import Trajectory
@@ -45,6 +47,9 @@ from sim_bridge.state import (
 )
 
 _ALARM_INTERVAL_S = 0.1
+_BEHIND_SHARE = 0.2
+_CATCH_UP_S = 1.0
+"""A vehicle that has become slower falls behind for so long before it has the course's speed again."""
 _ALARM_TRIGGER = {
     Alarm.OUTSIDE: Trigger.OUTSIDE,
     Alarm.BATTERY_LOW: Trigger.BATTERY_LOW,
@@ -206,6 +211,7 @@ class Executive:
     # What the vehicle says.
 
     def _hear(self, state: VehicleState, now_s: float) -> None:
+        silent_s = now_s - (self._vehicle.heard_s or now_s)
         self._link.stated(now_s)
         self._vehicle.hear(state, self.phase, now_s)
         match self.phase:
@@ -215,14 +221,38 @@ class Executive:
                 if state.ready or state.aloft:
                     self._fire(Trigger.READY, now_s)
             case Phase.BLIND:
-                trigger = self._link.heard_again(state)
-                self.offboard_lost += trigger is not Trigger.LINK_BACK
-                self._fire(trigger, now_s)
+                self._heard_again(state, silent_s, now_s)
             case _:
+                self._catch_up(state, silent_s, now_s)
                 if (trigger := readings.motors(self._machine.stay, state, now_s)) is not None:
                     self._fire(trigger, now_s)
                 self._watch_mode(state, now_s)
                 self._watch_alarms(state, now_s)
+
+    def _heard_again(self, state: VehicleState, silent_s: float, now_s: float) -> None:
+        """Go on with a vehicle that was not heard: along the course, or by a new way where it is not on it."""
+        trigger = self._link.heard_again(state)
+        phase = self._machine.interruption.interrupted_by(Phase.BLIND) if self.phase is Phase.BLIND else self.phase
+        self.offboard_lost += trigger is not Trigger.LINK_BACK
+        if trigger is Trigger.LINK_BACK and (phase in ON_COURSE or phase is Phase.HOLDING):
+            apart_m = self._keeper.fall_back(state, silent_s, now_s)
+            if apart_m > self.monitors.max_track_error_m:
+                trigger = Trigger.LINK_BACK_HOLDING
+        if trigger is Trigger.LINK_BACK_HOLDING and phase in HOMEWARD:
+            trigger = Trigger.LINK_BACK_HOMEWARD
+        self._fire(trigger, now_s)
+
+    def _catch_up(self, state: VehicleState, silent_s: float, now_s: float) -> None:
+        """After a silence too short to be noticed, do not have the vehicle run after a course that went on."""
+        if self.phase not in ON_COURSE or self.course is None or silent_s < NOTICED_S:
+            return
+        motion = self.course.at(now_s).motion
+        behind_m = np.linalg.norm(motion.position_m - np.asarray(state.position_enu_m))
+        slower_mps = np.linalg.norm(motion.velocity_mps - np.asarray(state.velocity_enu_mps))
+        if behind_m + _CATCH_UP_S * slower_mps > _BEHIND_SHARE * self.monitors.max_track_error_m:
+            self._keeper.fall_back(state, silent_s, now_s)
+            self._keeper.resume(now_s)
+            self._machine.stream()
 
     def _climbed(self, state: VehicleState, now_s: float) -> bool:
         """Go on from the take-off, if it is done; PX4 then holds, which anywhere else is somebody else's doing."""
@@ -244,6 +274,9 @@ class Executive:
         due_s = self._order.taken_s if command is not None else stay.since_s
         settled = due_s is not None and now_s - due_s > MODE_GRACE_S
         if not readings.mode_is_ours(stay, settled, state):
+            if self.phase in STREAMING and state.failsafe and self._link.lately_silent(now_s):
+                self._heard_again(state, 0.0, now_s)
+                return
             self.offboard_lost += readings.counts_as_lost_stream(self.phase)
             self._machine.say(f"the mode is {state.mode_name}, which was not asked for here", warning=True)
             self._fire(readings.taken_over_by(state), now_s)

@@ -18,6 +18,7 @@ class KnownVehicle:
         self._energy = energy
         self._grounded_since_s: float | None = None
         self.state: VehicleState | None = None
+        self.heard_s: float | None = None
         self.home_m: Vector | None = None
         self.consumption: Consumption | None = None
 
@@ -39,7 +40,7 @@ class KnownVehicle:
             phase: What the flight is doing meanwhile.
             now_s: Flight clock.
         """
-        self.state = state
+        self.state, self.heard_s = state, now_s
         if state.landed is not LandedState.ON_GROUND:
             self._grounded_since_s = None
         elif self._grounded_since_s is None:

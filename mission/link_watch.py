@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import math
 
 from mission.phases import STREAMING, Phase, Trigger
 from sim_bridge.state import FlightMode, VehicleState
@@ -11,6 +12,10 @@ LINK_LOST_S = 1.5
 LINK_GIVEN_UP_S = 10.0
 LINK_GONE_S = 60.0
 REJOINS = 3
+NOTICED_S = 0.4
+"""A silence shorter than this is a lost message or two."""
+_SHOWN_S = 3.0
+"""What a vehicle did in a silence shows this long after it at the latest: heartbeats come once a second."""
 
 
 class Silence(enum.Enum):
@@ -33,6 +38,7 @@ class LinkWatch:
         self._patience = patience
         self._heard_s = now_s
         self._stated_s = now_s
+        self._silent_until_s = -math.inf
         self._told_to_return = False
         self._rejoins = 0
 
@@ -42,6 +48,8 @@ class LinkWatch:
 
     def stated(self, now_s: float) -> None:
         """The vehicle told where it is."""
+        if now_s - self._stated_s > NOTICED_S:
+            self._silent_until_s = now_s
         self._heard_s = self._stated_s = now_s
 
     def silence(self, phase: Phase, now_s: float) -> Silence | None:
@@ -59,6 +67,10 @@ class LinkWatch:
         if (now_s - self._heard_s) / self._patience > LINK_GONE_S:
             return Silence.GONE
         return None
+
+    def lately_silent(self, now_s: float) -> bool:
+        """Whether there was a silence just now, short as it was, that the vehicle may have acted on."""
+        return now_s - self._silent_until_s < _SHOWN_S
 
     def heard_again(self, state: VehicleState) -> Trigger:
         """What to make of a vehicle that was not heard for a while.

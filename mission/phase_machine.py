@@ -65,7 +65,7 @@ class PhaseMachine:
         if row.goto is not None:
             self.interruption.begin(phase, goto, trigger)
         if phase is Phase.FOLLOWING:
-            self._keeper.leave_exploration(now_s)
+            self._keeper.leave_exploration(now_s, self._vehicle.heard_s if trigger is Trigger.LINK_LOST else None)
         self.stay = Stay(goto, now_s, phase, self._vehicle.mode)
         self.why = row.why
         self._order.begin()

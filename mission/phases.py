@@ -69,6 +69,7 @@ class Trigger(enum.Enum):
     LINK_GONE = "nothing was heard for very long"
     LINK_BACK = "the vehicle is heard again, still following"
     LINK_BACK_HOLDING = "the vehicle is heard again, held by its failsafe"
+    LINK_BACK_HOMEWARD = "the vehicle is heard again, held by its failsafe on the way home"
     LINK_BACK_RETURNING = "the vehicle is heard again, on its way back"
     BATTERY_LOW = "the charge is what the way home needs"
     OUTSIDE = "outside the fence"
@@ -108,12 +109,16 @@ AIRBORNE = (
 )
 """Phases in which the vehicle flies under our control."""
 
+HOMEWARD = (Phase.TAKING_BACK, Phase.TURNING_BACK, Phase.RETURNING)
+"""Phases that lead home."""
+
 FINAL = (Phase.LANDED, Phase.HANDED_OVER, Phase.ABORTED)
 """Phases that end the flight."""
 
 _BEFORE_FLIGHT = (Phase.CONNECTING, Phase.WAITING_READY, Phase.CHECKING, Phase.ARMING)
 _OURS = tuple(phase for phase in AIRBORNE if phase is not Phase.BLIND)
 _OUTWARD = (Phase.TRANSIT, Phase.FOLLOWING, Phase.HOLDING)
+_HEARD_AGAIN = (Phase.BLIND, *STREAMING)
 _AUTO = (Phase.AUTO_MISSION, Phase.AUTO_HOLD)
 
 
@@ -204,8 +209,9 @@ TABLE: tuple[Row, ...] = (
     # The link.
     Row(STREAMING, _T.LINK_LOST, _P.BLIND, "nothing heard: standing on the course"),
     Row((_P.BLIND,), _T.LINK_BACK, None, "heard again: going on"),
-    Row((_P.BLIND,), _T.LINK_BACK_HOLDING, _P.ENTERING, "heard again, held by its failsafe: rejoining"),
-    Row((_P.BLIND,), _T.LINK_BACK_RETURNING, _P.VEHICLE_RETURN, "heard again, on its way back"),
+    Row(_HEARD_AGAIN, _T.LINK_BACK_HOLDING, _P.ENTERING, "heard again, held or off its course: rejoining"),
+    Row(_HEARD_AGAIN, _T.LINK_BACK_HOMEWARD, _P.TAKING_BACK, "heard again, held or off its way home: rejoining"),
+    Row(_HEARD_AGAIN, _T.LINK_BACK_RETURNING, _P.VEHICLE_RETURN, "heard again, on its way back"),
     Row((_P.BLIND,), _T.RETURN, _P.VEHICLE_RETURN, "called back by the operator"),
     Row((_P.BLIND,), _T.DISARMED, _P.ABORTED, "heard again, disarmed"),
     Row((_P.BLIND,), _T.TIMED_OUT, _P.ABORTED, "the vehicle was never heard again"),
