@@ -2,7 +2,7 @@
 
 python -m benchmarks.scale
 
-Each problem is solved twice in one process, and then a similar one: a site with its obstacles and information elsewhere,
+Each problem is solved twice in one process, then a similar one: a site with its obstacles and information elsewhere,
 an example with one per cent less time. "Warm" is the second solve; "compiled anew" is what the similar one compiled.
 """
 

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import jax
 import numpy as np
 import pytest
 
@@ -17,13 +18,12 @@ from planner.workspace import Workspace
 
 BOX = Workspace(np.array([0.0, 0.0, 5.0]), np.array([60.0, 40.0, 15.0]))
 OPTIONS = Options(candidates=4, modes=(8, 8, 1), kernel=Kernel.RBF)
-OBSTACLES = ObstacleField.of(
-    [
-        Sphere(np.array([20.0, 20.0, 10.0]), 4.0),
-        Cylinder(np.array([40.0, 12.0]), 3.0, 0.0, 20.0),
-        Box(np.array([30.0, 28.0, 0.0]), np.array([36.0, 34.0, 20.0])),
-    ]
-)
+OBSTACLE_LIST = [
+    Sphere(np.array([20.0, 20.0, 10.0]), 4.0),
+    Cylinder(np.array([40.0, 12.0]), 3.0, 0.0, 20.0),
+    Box(np.array([30.0, 28.0, 0.0]), np.array([36.0, 34.0, 20.0])),
+]
+OBSTACLES = ObstacleField.of(OBSTACLE_LIST)
 
 
 def problem_with(**changes: object) -> Problem:
@@ -147,3 +147,26 @@ def test_the_papers_recipe_runs_and_its_candidates_are_judged_like_all_others() 
     assert len(found.candidates) == OPTIONS.candidates
     if found.selected is not None:
         assert gate.prove(found.best.trajectory, problem_with()).report.passed
+
+
+def test_a_mission_of_similar_size_runs_what_is_compiled(plan) -> None:
+    similar = problem_with(
+        information=gaussians(
+            BOX, np.array([[45.0, 30.0, 10.0]]), np.array([[8.0, 8.0, 3.0]]), np.ones(1), (30, 20, 4)
+        ),
+        obstacles=ObstacleField.of([Sphere(np.array([25.0, 12.0, 10.0]), 3.0), *OBSTACLE_LIST[1:]]),
+        duration_s=98.0,
+    )
+    compiled_s: list[float] = []
+
+    def listen(event: str, duration_secs: float, **_: str | int) -> None:
+        if event == "/jax/core/compile/backend_compile_duration":
+            compiled_s.append(duration_secs)
+
+    jax.monitoring.register_event_duration_secs_listener(listen)
+    try:
+        found = solve(similar, OPTIONS)
+    finally:
+        jax.monitoring.unregister_event_duration_listener(listen)
+    assert found.selected is not None
+    assert compiled_s == []
