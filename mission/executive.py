@@ -8,6 +8,8 @@ vehicle's time, made continuous.
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
 from mission import readings
@@ -29,7 +31,7 @@ from mission.events import (
     WayFound,
 )
 from mission.known_vehicle import KnownVehicle
-from mission.link_watch import NOTICED_S, LinkWatch, Silence
+from mission.link_watch import LINK_LOST_S, NOTICED_S, LinkWatch, Silence
 from mission.monitors import Alarm, Monitors
 from mission.phase_machine import GOAL, PhaseMachine
 from mission.phases import AIRBORNE, FINAL, HOMEWARD, ON_COURSE, STREAMING, Phase, Trigger, order_of
@@ -212,6 +214,8 @@ class Executive:
 
     def _hear(self, state: VehicleState, now_s: float) -> None:
         silent_s = now_s - (self._vehicle.heard_s or now_s)
+        if silent_s > LINK_LOST_S * self._patience:
+            self._machine.say(f"heard again after {silent_s:.1f} s of silence", warning=True)
         self._link.stated(now_s)
         self._vehicle.hear(state, self.phase, now_s)
         match self.phase:
@@ -330,6 +334,10 @@ class Executive:
             self._machine.say(note)
         if checked.exploration is not None:
             self._keeper.exploration = checked.exploration
+        if checked.limits is not None:
+            self._keeper.keep_to(checked.limits)
+            energy = self.monitors.energy.within(checked.limits)
+            self.monitors = dataclasses.replace(self.monitors, energy=energy)
         self._last_item = checked.last_item
         passed = Trigger.CHECKS_PASSED_ALOFT if self._vehicle.aloft else Trigger.CHECKS_PASSED
         self._fire(Trigger.CHECKS_FAILED if checked.problems else passed, now_s)

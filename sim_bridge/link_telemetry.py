@@ -27,6 +27,9 @@ _TEXT_BYTES = 50
 # A clock that falls back by more than this was restarted; by less, a message came late.
 _REBOOT_S = 5.0
 _STALE_S = 0.5
+# Positions that go on without heartbeats; what a lost link took of both does not count.
+_NO_HEARTBEAT_S = 4.0
+_LONGEST_STEP_S = 1.0
 # Heartbeats come once a second.
 _BEATS_WITHOUT_POSITION = 5
 _CLOCKS = (
@@ -65,6 +68,7 @@ class Telemetry:
         self._status: mavlink.MAVLink_sys_status_message | None = None
         self._position: tuple[float, Vector, Vector] | None = None
         self._beats = 0
+        self._unbeaten_s = 0.0
         self._yaw_enu_rad: float | None = None
         self._home_m: Vector | None = None
         self._landed = LandedState.UNKNOWN
@@ -81,7 +85,10 @@ class Telemetry:
             What became known by it: a state with each position (or with a heartbeat while positions fail to come), a
             finished line of text, progress in a mission.
         """
-        self._tell_time(message)
+        restarted = self._tell_time(message)
+        return [*restarted, *self._taken_in(message)]
+
+    def _taken_in(self, message: mavlink.MAVLink_message) -> list[Heard]:
         match message:
             case mavlink.MAVLink_heartbeat_message():
                 return self._heartbeat_heard(message)
@@ -159,15 +166,17 @@ class Telemetry:
         self._progress = progress
         return [progress]
 
-    def _tell_time(self, message: mavlink.MAVLink_message) -> None:
+    def _tell_time(self, message: mavlink.MAVLink_message) -> list[Heard]:
         if not isinstance(message, _CLOCKS):
-            return
+            return []
         time_s = message.time_boot_ms * 1e-3
-        if time_s < self.time_s - _REBOOT_S:
+        restarted = time_s < self.time_s - _REBOOT_S
+        if restarted:
             self.reboots += 1
             self.time_s = time_s
             self._position, self.origin = None, None
         self.time_s = max(self.time_s, time_s)
+        return [StatusText(mavlink.MAV_SEVERITY_CRITICAL, "the autopilot was restarted")] if restarted else []
 
     def _heartbeat_heard(self, message: mavlink.MAVLink_heartbeat_message) -> list[Heard]:
         if message.autopilot not in (Autopilot.PX4.value, Autopilot.ARDUPILOT.value):
@@ -175,6 +184,7 @@ class Telemetry:
         self._heartbeat = message
         self.autopilot = Autopilot(message.autopilot)
         self._beats += 1
+        self._unbeaten_s = 0.0
         if self._position is None or not self.complete or self._beats > _BEATS_WITHOUT_POSITION:
             return [Waiting(self.waiting_for())]
         stale = self.time_s - self._position[0] > _STALE_S
@@ -186,8 +196,15 @@ class Telemetry:
         if (self._position is not None and time_s <= self._position[0]) or not all(map(math.isfinite, numbers)):
             return []
         self._beats = 0
+        since_s = 0.0 if self._position is None else min(time_s - self._position[0], _LONGEST_STEP_S)
+        silent = self._unbeaten_s < _NO_HEARTBEAT_S <= self._unbeaten_s + since_s
+        self._unbeaten_s += since_s
         self._position = (time_s, numbers[:3], numbers[3:])
-        return [self._state(*self._position)] if self.complete else []
+        if not self.complete:
+            return []
+        unknown = f"no heartbeat for {_NO_HEARTBEAT_S:.0f} s: which mode it is in is not known"
+        warning: list[Heard] = [StatusText(mavlink.MAV_SEVERITY_ERROR, unknown)] if silent else []
+        return [*warning, self._state(*self._position)]
 
     def _state(self, time_s: float, position_ned_m: Vector, velocity_ned_mps: Vector) -> VehicleState:
         heartbeat, origin, autopilot, yaw = self._heartbeat, self.origin, self.autopilot, self._yaw_enu_rad
