@@ -233,6 +233,33 @@ def test_a_clock_that_starts_anew_is_a_reboot():
     assert not telemetry.complete
 
 
+def test_a_restarted_autopilot_is_told():
+    telemetry = Telemetry(VehicleFrame(ORIGIN))
+    complete(telemetry)
+    telemetry.receive(position(60_000))
+    assert [event.text for event in telemetry.receive(position(100)) if isinstance(event, StatusText)] == [
+        "the autopilot was restarted"
+    ]
+    assert telemetry.receive(position(133)) == []
+
+
+def test_positions_without_heartbeats_are_warned_of_once():
+    telemetry = Telemetry(VehicleFrame(ORIGIN))
+    complete(telemetry)
+    telemetry.receive(heartbeat())
+    heard = [event for moment in range(1100, 9000, 100) for event in telemetry.receive(position(moment))]
+    assert [event.text for event in heard if isinstance(event, StatusText)] == [
+        "no heartbeat for 4 s: which mode it is in is not known"
+    ]
+
+
+def test_what_a_lost_link_took_of_positions_and_heartbeats_alike_is_no_missing_heartbeat():
+    telemetry = Telemetry(VehicleFrame(ORIGIN))
+    complete(telemetry)
+    telemetry.receive(heartbeat())
+    assert not any(isinstance(event, StatusText) for event in telemetry.receive(position(40_000)))
+
+
 def test_without_positions_the_heartbeat_still_tells_the_mode():
     telemetry = Telemetry(VehicleFrame(ORIGIN))
     complete(telemetry)
