@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import dataclasses
 import math
 
 import numpy as np
 
 from mission.course import Course, vector
 from mission.events import Assignment
+from planner.problem import Limits
 from planner.trajectory import Trajectory
 from sim_bridge.state import Vector, VehicleState
 
@@ -40,6 +42,11 @@ class CourseKeeper:
         self.rejoin_s = assignment.exploration.start_s if from_s is None else from_s
         self.explored = False
         self.blocked_s: float | None = None
+
+    def keep_to(self, limits: Limits) -> None:
+        """Brake and speed up no harder than a vehicle can that is weaker than thought."""
+        weaker_mps2 = min(self._assignment.max_acceleration_mps2, limits.max_acceleration_mps2)
+        self._assignment = dataclasses.replace(self._assignment, max_acceleration_mps2=weaker_mps2)
 
     def stand(self, state: VehicleState, now_s: float) -> None:
         """Stand where the vehicle is."""

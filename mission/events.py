@@ -7,6 +7,7 @@ import enum
 
 from mission.course import Course
 from mission.phases import Phase
+from planner.problem import Limits
 from planner.trajectory import Trajectory
 from sim_bridge.state import (
     Command,
@@ -89,12 +90,14 @@ class Checked:
         problems: What forbids the flight.
         notes: What is worth saying.
         exploration: The curve to fly, slowed down where the vehicle is slower; None: as it was.
+        limits: The smaller of the mission's and the vehicle's limits; None: the mission's.
         last_item: Number of the last waypoint of an uploaded mission; None: none was uploaded.
     """
 
     problems: tuple[str, ...]
     notes: tuple[str, ...] = ()
     exploration: Trajectory | None = None
+    limits: Limits | None = None
     last_item: int | None = None
 
 

@@ -46,6 +46,7 @@ from planner.problem import Problem
 from sim_bridge.frames import geodetic_from_enu
 from sim_bridge.link import Link
 from sim_bridge.link_autopilot import Autopilot
+from sim_bridge.link_commands import OWN_SYSTEM
 
 _SIM = "sim"
 _FENCE_TOLERANCE_M = 1.0
@@ -55,6 +56,8 @@ _LEAST_TRACK_ERROR_M = 0.5
 _MOST_TRACK_ERROR_M = 5.0
 _REPLAN_LIMIT_HOST_S = 5.0
 _HEARD_WITHIN_S = 30.0
+_CENTI = 100.0
+_GROUND_STATION_TIMEOUT_S = 5.0
 
 
 class Outcome(enum.Enum):
@@ -324,7 +327,7 @@ def _vehicle(mission: Mission, settings: FlightSettings, watcher: Watcher, clock
             simulator = spawn(
                 geodetic_from_enu(mission.home_enu_m, mission.site.origin.point()),
                 speed=settings.speed,
-                parameters=_as_told(mission),
+                parameters=_as_told(mission, settings.speed),
                 endurance_s=mission.vehicle.endurance_s,
                 autopilot=Autopilot[mission.vehicle.autopilot.upper()],
                 kind=AirframeKind.CRAZYFLIE if small else AirframeKind.QUADROTOR,
@@ -346,19 +349,31 @@ def _vehicle(mission: Mission, settings: FlightSettings, watcher: Watcher, clock
         yield link
 
 
-def _as_told(mission: Mission) -> tuple[tuple[str, float], ...]:
+def _as_told(mission: Mission, speed: float) -> tuple[tuple[str, float], ...]:
     """The built-in vehicle's parameters, set as docs/flying.md tells a team to set a real one's."""
     vehicle = mission.vehicle
     match Autopilot[vehicle.autopilot.upper()]:
         case Autopilot.PX4:
             return (
                 ("COM_OBL_RC_ACT", 5.0),
+                ("COM_LOW_BAT_ACT", 3.0),
                 ("MPC_XY_VEL_MAX", vehicle.max_speed_mps),
                 ("MPC_Z_VEL_MAX_UP", vehicle.max_climb_mps),
                 ("MPC_Z_VEL_MAX_DN", vehicle.max_descent_mps),
             )
         case Autopilot.ARDUPILOT:
-            return ()
+            return (
+                ("FENCE_ENABLE", 1.0),
+                ("FENCE_TYPE", 4.0),
+                ("FS_GCS_ENABLE", 1.0),
+                ("SYSID_MYGCS", float(OWN_SYSTEM)),
+                # Heartbeats come once a second of this machine's time, however fast the vehicle's runs.
+                ("FS_GCS_TIMEOUT", _GROUND_STATION_TIMEOUT_S * max(1.0, speed)),
+                ("BATT_FS_LOW_ACT", 2.0),
+                ("WPNAV_SPEED", _CENTI * vehicle.max_speed_mps),
+                ("WPNAV_SPEED_UP", _CENTI * vehicle.max_climb_mps),
+                ("WPNAV_SPEED_DN", _CENTI * vehicle.max_descent_mps),
+            )
 
 
 @contextlib.contextmanager

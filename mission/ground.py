@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from mission import preflight
+from mission import preflight, vehicle_settings
 from mission.belief import Belief
 from mission.course import vector
 from mission.events import Assignment, Checked, CourseBlocked, FindWay, Goal, Operator, Say
@@ -77,20 +77,22 @@ class Ground:
     def check(self, state: VehicleState) -> Checked:
         """Check the vehicle before arming."""
         planned = self._belief.problem
-        settings = preflight.settings_of(self._link.autopilot, self._link.parameter, planned.limits)
-        factor = preflight.slowing_factor(planned.limits, settings.limits)
+        home = state.home_enu_m or state.position_enu_m
+        reach = preflight.reach_of(planned, planned_fence(self.mission.site), home)
+        settings = vehicle_settings.settings_of(self._link.autopilot, self._link.parameter, planned.limits, reach)
+        factor = vehicle_settings.slowing_factor(planned.limits, settings.limits)
         exploration = self._assignment.exploration
         if factor > 1.0:
             exploration = exploration.slowed(factor)
             slower = dataclasses.replace(planned, limits=settings.limits, duration_s=planned.duration_s * factor)
             self._belief.problem = slower
-        home = state.home_enu_m or state.position_enu_m
         altitude_m = self._assignment.takeoff_altitude_m
         problems = list(settings.problems)
         if not state.aloft:
-            problems += preflight.place_problems(state, self.mission.home_enu_m, planned, altitude_m)
+            misplaced = preflight.place_problems(state, self.mission.home_enu_m, planned, altitude_m)
+            problems += misplaced or preflight.fence_problems(state, autopilot_fence(self.mission.site))
         if not problems:
-            problems += self._way_problems(state, home, exploration)
+            problems += self._way_problems(state, home, exploration, self._energy.within(settings.limits))
         last_item = None
         if not problems:
             try:
@@ -100,9 +102,9 @@ class Ground:
         until_s = time.monotonic() + _WARM_UP_HOST_S
         while not problems and not self._warm() and time.monotonic() < until_s:
             time.sleep(0.05)
-        return Checked(tuple(problems), settings.notes, exploration, last_item)
+        return Checked(tuple(problems), settings.notes, exploration, settings.limits, last_item)
 
-    def _way_problems(self, state: VehicleState, home: Vector, exploration: Trajectory) -> list[str]:
+    def _way_problems(self, state: VehicleState, home: Vector, exploration: Trajectory, energy: Energy) -> list[str]:
         """Whether there are ways to the exploration and home, and charge for them."""
         altitude_m = self._assignment.takeoff_altitude_m
         from_s = exploration.start_s if self._from_s is None else self._from_s
@@ -116,10 +118,10 @@ class Ground:
             return [str(error)]
         return preflight.energy_problems(
             state,
-            self._energy,
-            there.duration_s + altitude_m / self._energy.climb_mps,
+            energy,
+            there.duration_s + altitude_m / energy.climb_mps,
             exploration.end_s - from_s,
-            back.duration_s + self._energy.way_home_s(_above(home, altitude_m), home, altitude_m),
+            back.duration_s + energy.way_home_s(_above(home, altitude_m), home, altitude_m),
         )
 
     def find_way(self, wanted: FindWay) -> Trajectory:

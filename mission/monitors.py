@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mission.course import CoursePoint
+from planner.problem import Limits
 from sim_bridge.state import Vector, VehicleState
 
 # A way home is not always the straight line, and wind is rarely from behind; what goes beyond is the reserve's.
@@ -51,6 +52,15 @@ class Energy:
     cruise_mps: float
     climb_mps: float
     descent_mps: float
+
+    def within(self, limits: Limits) -> Energy:
+        """The same for a vehicle that is slower than thought."""
+        return dataclasses.replace(
+            self,
+            cruise_mps=min(self.cruise_mps, limits.max_speed_mps),
+            climb_mps=min(self.climb_mps, limits.max_climb_mps),
+            descent_mps=min(self.descent_mps, limits.max_descent_mps),
+        )
 
     def way_home_s(self, position_m: Vector, home_m: Vector, cruise_height_m: float) -> float:
         """Time from a place to the ground at home.

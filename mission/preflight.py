@@ -1,137 +1,77 @@
-"""What must hold before the motors are armed: the vehicle's own settings, its place, its charge, the ways.
+"""What must hold before the motors are armed: the vehicle's place, its charge, room on the disk.
 
-Every refusal names what was found, why it is not safe, and what to change. A vehicle that is slower than the mission is
-not refused: the plan is slowed down to what it can do.
+Every refusal names what was found, why it is not safe, and what to change; the vehicle's parameters are
+`mission.vehicle_settings`. A vehicle that is slower than the mission is not refused: the plan is slowed down.
 """
 
 from __future__ import annotations
 
-import dataclasses
 import math
-from collections.abc import Callable
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 
+from mission.fence import Corner
 from mission.monitors import Energy
-from planner.problem import Limits, Problem
-from sim_bridge.link_autopilot import Autopilot
+from mission.vehicle_settings import Reach
+from planner.polygon import KeepIn
+from planner.problem import Problem
 from sim_bridge.state import Vector, VehicleState
-
-Parameter = Callable[[str], float | None]
-"""Reads one of the vehicle's parameters; None: it has none of that name."""
 
 FARTHEST_HOME_M = 100.0
 """A vehicle farther than this from where the mission takes off is at another place, or the mission is."""
 
-_LOSS_ACTIONS = {
-    0: "switches to POSCTL, which without a transmitter descends slowly to the ground wherever it is",
-    1: "switches to ALTCTL, which without a transmitter drifts with the wind",
-    2: "switches to MANUAL, which without a transmitter falls",
-    6: "stops the motors in the air",
-    7: "stops the motors in the air",
-}
+LEAST_DISK_BYTES = 100_000_000
+"""A log grows by some 10 kB a second; recordings and pictures come on top of it."""
+
+_HIGHEST_M = 500.0
+_SKYLINE_STEP_M = 2.0
+_SKYLINE_PLACES = 40
 
 
-@dataclasses.dataclass(frozen=True)
-class Settings:
-    """What the vehicle's own parameters say.
+def reach_of(problem: Problem, fence_m: Sequence[Corner], home_m: Vector) -> Reach:
+    """How far from home a mission reaches.
 
-    Attributes:
-        limits: The smaller of the mission's and the vehicle's limits.
-        problems: What forbids the flight.
-        notes: What is worth saying.
+    Args:
+        problem: What is planned in.
+        fence_m: Corners of the area that paths stay in.
+        home_m: Where the vehicle takes off.
     """
-
-    limits: Limits
-    problems: tuple[str, ...]
-    notes: tuple[str, ...]
-
-
-def px4_settings(parameter: Parameter, wanted: Limits) -> Settings:
-    """PX4's parameters against the mission."""
-    problems, notes = [], []
-    loss_action = parameter("COM_OBL_RC_ACT")
-    if loss_action is not None and (consequence := _LOSS_ACTIONS.get(int(loss_action))):
-        problems.append(
-            f"COM_OBL_RC_ACT is {int(loss_action)}: when setpoints stop, the vehicle {consequence}; "
-            "set it to 5 (hold), 3 (return) or 4 (land)"
-        )
-    loss_s = parameter("COM_OF_LOSS_T")
-    if loss_s is not None and not 0.5 <= loss_s <= 5.0:
-        problems.append(
-            f"COM_OF_LOSS_T is {loss_s:g} s: {'a short gap' if loss_s < 0.5 else 'a lost computer'} "
-            f"{'ends the flight' if loss_s < 0.5 else 'is noticed too late'}; set it to 1"
-        )
-    if (fence_action := parameter("GF_ACTION")) is not None and int(fence_action) == 0:
-        problems.append("GF_ACTION is 0: leaving the fence has no consequence; set it to 2 (hold) or 3 (return)")
-    limits = _smaller(
-        wanted,
-        parameter("MPC_XY_VEL_MAX"),
-        parameter("MPC_Z_VEL_MAX_UP"),
-        parameter("MPC_Z_VEL_MAX_DN"),
-        parameter("MPC_ACC_HOR_MAX") or parameter("MPC_ACC_HOR"),
-        notes,
-    )
-    return Settings(limits, tuple(problems), tuple(notes))
+    corners = np.asarray(fence_m)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    east, north = np.meshgrid(*(np.linspace(low[axis], high[axis], _SKYLINE_PLACES) for axis in (0, 1)))
+    ground = np.column_stack([east.ravel(), north.ravel()])
+    ceiling_up_m = float(problem.workspace.box_max_m[2]) - home_m[2]
+    clear_up_m = 0.0
+    for height in np.arange(_SKYLINE_STEP_M, max(ceiling_up_m, _HIGHEST_M), _SKYLINE_STEP_M):
+        level = np.column_stack([ground, np.full(len(ground), home_m[2] + height)])
+        if np.asarray(problem.obstacles.distance(level)).min() < problem.keep_out_m:
+            clear_up_m = float(height) + _SKYLINE_STEP_M
+    return Reach(float(np.linalg.norm(corners - np.asarray(home_m[:2]), axis=1).max()), ceiling_up_m, clear_up_m)
 
 
-def copter_settings(parameter: Parameter, wanted: Limits) -> Settings:
-    """ArduPilot Copter's parameters against the mission."""
-    problems, notes = [], []
-    if (fence := parameter("FENCE_ENABLE")) is not None and int(fence) == 0:
-        notes.append("FENCE_ENABLE is 0: the vehicle does not watch its fence itself; set it to 1")
-    if (action := parameter("FENCE_ACTION")) is not None and int(action) == 0 and fence:
-        problems.append("FENCE_ACTION is 0: leaving the fence has no consequence; set it to 1 (return or land)")
-    if (ground_station := parameter("FS_GCS_ENABLE")) is not None and int(ground_station) == 0:
-        notes.append("FS_GCS_ENABLE is 0: without this computer it would hold its place for ever; set it to 1 (return)")
-    metres = [
-        None if value is None else value / 100.0
-        for value in map(parameter, ("WPNAV_SPEED", "WPNAV_SPEED_UP", "WPNAV_SPEED_DN", "WPNAV_ACCEL"))
+def disk_problems(folder: Path) -> list[str]:
+    """Whether there is room for what a flight writes."""
+    free = shutil.disk_usage(folder).free
+    if free >= LEAST_DISK_BYTES:
+        return []
+    return [
+        f"{folder} has {free / 1e6:.0f} MB free, a flight needs {LEAST_DISK_BYTES / 1e6:.0f}: make room, or give "
+        "another folder"
     ]
-    limits = _smaller(wanted, metres[0], metres[1], metres[2], metres[3], notes)
-    return Settings(limits, tuple(problems), tuple(notes))
 
 
-def settings_of(autopilot: Autopilot, parameter: Parameter, wanted: Limits) -> Settings:
-    """The parameters of either autopilot against the mission."""
-    match autopilot:
-        case Autopilot.PX4:
-            return px4_settings(parameter, wanted)
-        case Autopilot.ARDUPILOT:
-            return copter_settings(parameter, wanted)
-
-
-def _smaller(
-    wanted: Limits,
-    speed_mps: float | None,
-    climb_mps: float | None,
-    descent_mps: float | None,
-    acceleration_mps2: float | None,
-    notes: list[str],
-) -> Limits:
-    found = {
-        "max_speed_mps": speed_mps,
-        "max_climb_mps": climb_mps,
-        "max_descent_mps": descent_mps,
-        "max_acceleration_mps2": acceleration_mps2,
-    }
-    changes = {}
-    for name, value in found.items():
-        if value is not None and 0.0 < value < getattr(wanted, name):
-            changes[name] = float(value)
-            notes.append(f"the vehicle allows {name} {value:g}, the mission {getattr(wanted, name):g}: flown slower")
-    return dataclasses.replace(wanted, **changes)
-
-
-def slowing_factor(planned: Limits, allowed: Limits) -> float:
-    """How many times slower a curve within the planned limits must be flown to keep to the allowed ones."""
-    return max(
-        1.0,
-        planned.max_speed_mps / allowed.max_speed_mps,
-        planned.max_climb_mps / allowed.max_climb_mps,
-        planned.max_descent_mps / allowed.max_descent_mps,
-        math.sqrt(planned.max_acceleration_mps2 / allowed.max_acceleration_mps2),
-    )
+def fence_problems(state: VehicleState, fence_m: Sequence[Corner]) -> list[str]:
+    """Whether the vehicle stands inside the fence it is given: one that does not hold its home is not enforced."""
+    inside_m = float(KeepIn.of(np.asarray(fence_m)).distance(np.array([state.position_enu_m[:2]]))[0])
+    if inside_m >= 0.0:
+        return []
+    return [
+        f"the vehicle stands {-inside_m:.0f} m outside the fence, which does not hold its home then: move it, or make "
+        "site.fence_margin_m larger"
+    ]
 
 
 def place_problems(state: VehicleState, home_m: Vector, problem: Problem, takeoff_altitude_m: float) -> list[str]:

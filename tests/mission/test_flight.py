@@ -130,12 +130,14 @@ def test_a_mission_is_uploaded_read_back_and_flown_by_the_vehicle(planned, tmp_p
     assert len(log.setpoint_s) == 0
 
 
-def test_unsafe_settings_are_refused_before_anything_is_armed(planned, tmp_path, monkeypatch):
-    monkeypatch.setattr("mission.preflight._LOSS_ACTIONS", {5: "does what this test forbids"})
-    notes = Notes()
-    flown = fly_planned(planned(), settings(tmp_path), notes)
+@pytest.mark.parametrize(
+    ("autopilot", "refused"), [("px4", "COM_OBL_RC_ACT is 0"), ("ardupilot", "FS_GCS_ENABLE is 0")]
+)
+def test_unsafe_settings_are_refused_before_anything_is_armed(planned, tmp_path, monkeypatch, autopilot, refused):
+    monkeypatch.setattr("mission.flight._as_told", lambda *_: ())
+    flown = fly_planned(planned(f"vehicle.autopilot={autopilot}"), settings(tmp_path), Notes())
     assert flown.outcome is Outcome.ABORTED
-    assert any("COM_OBL_RC_ACT is 5" in text for text in flown.summary["warnings"])
+    assert any(refused in text for text in flown.summary["warnings"])
     assert not read_flight_log(flown.folder).armed.any()
 
 

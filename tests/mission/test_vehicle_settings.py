@@ -1,0 +1,153 @@
+"""The vehicle's own parameters before arming: the built-in vehicles' defaults, and what a team may have changed."""
+
+import pytest
+
+from mission.events import Checked
+from mission.flight import _as_told
+from mission.loading import load
+from mission.phases import Phase
+from mission.vehicle_settings import Reach, settings_of, slowing_factor
+from planner.problem import Limits
+from sim_bridge import ardupilot_defaults, px4_defaults
+from sim_bridge.link_autopilot import Autopilot
+from tests.mission.rehearsed_flight import Flight
+
+WANTED = Limits(8.0, 3.0, 1.5, 3.0)
+NEAR = Reach(across_m=80.0, up_m=40.0, clear_up_m=0.0)
+SAFE_PX4 = px4_defaults.PARAMETERS | {"COM_OBL_RC_ACT": 5, "COM_LOW_BAT_ACT": 3}
+SAFE_COPTER = ardupilot_defaults.PARAMETERS | {
+    "FENCE_ENABLE": 1,
+    "FS_GCS_ENABLE": 1,
+    "SYSID_MYGCS": 245,
+    "BATT_FS_LOW_ACT": 2,
+}
+
+
+def px4(reach=NEAR, **changes):
+    return settings_of(Autopilot.PX4, (SAFE_PX4 | changes).get, WANTED, reach)
+
+
+def copter(reach=NEAR, **changes):
+    return settings_of(Autopilot.ARDUPILOT, (SAFE_COPTER | changes).get, WANTED, reach)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "words"),
+    [
+        ({"COM_OBL_RC_ACT": 0}, ("COM_OBL_RC_ACT is 0", "descends", "set it to 5")),
+        ({"COM_OBL_RC_ACT": 2}, ("falls",)),
+        ({"COM_OBL_RC_ACT": 6}, ("stops the motors",)),
+        ({"COM_OF_LOSS_T": 30.0}, ("COM_OF_LOSS_T is 30", "too late", "set it to 1")),
+        ({"COM_OF_LOSS_T": 0.1}, ("a short gap",)),
+        ({"GF_ACTION": 0}, ("GF_ACTION is 0", "set it to 2")),
+        ({"GF_MAX_HOR_DIST": 50.0}, ("GF_MAX_HOR_DIST is 50 m", "reaches 80 m", "set it to 80, or 0")),
+        ({"GF_MAX_VER_DIST": 30.0}, ("GF_MAX_VER_DIST is 30 m", "reaches 40 m")),
+        ({"COM_OBL_RC_ACT": None}, ("COM_OBL_RC_ACT was not told",)),
+        ({"GF_ACTION": float("nan")}, ("GF_ACTION was not told",)),
+    ],
+)
+def test_px4_settings_that_are_not_safe_are_refused_with_the_parameter_to_change(parameters, words):
+    (problem,) = px4(**parameters).problems
+    for word in words:
+        assert word in problem
+
+
+@pytest.mark.parametrize("action", [3, 4, 5])
+def test_safe_px4_settings_pass_without_a_word(action):
+    found = px4(COM_OBL_RC_ACT=action)
+    assert found.problems == found.notes == ()
+
+
+@pytest.mark.parametrize(
+    ("parameters", "words"),
+    [
+        ({"FENCE_ENABLE": 0}, ("FENCE_ENABLE is 0", "set it to 1")),
+        ({"FENCE_ACTION": 0}, ("FENCE_ACTION is 0", "no consequence", "set it to 1")),
+        ({"FENCE_TYPE": 3}, ("FENCE_TYPE is 3", "polygon", "set it to 7")),
+        ({"FENCE_RADIUS": 60.0}, ("FENCE_RADIUS is 60 m", "set it to 80, or FENCE_TYPE to 5")),
+        ({"FENCE_ALT_MAX": 30.0}, ("FENCE_ALT_MAX is 30 m", "set it to 40, or FENCE_TYPE to 6")),
+        ({"FS_GCS_ENABLE": 0}, ("FS_GCS_ENABLE is 0", "stays where it is", "set it to 1")),
+        ({"SYSID_MYGCS": 255}, ("SYSID_MYGCS is 255", "this program is 245")),
+        ({"FS_GCS_ENABLE": None}, ("FS_GCS_ENABLE was not told",)),
+    ],
+)
+def test_copter_settings_that_are_not_safe_are_refused_with_the_parameter_to_change(parameters, words):
+    (problem,) = copter(**parameters).problems
+    for word in words:
+        assert word in problem
+
+
+def test_safe_copter_settings_pass_without_a_word():
+    found = copter(WPNAV_ACCEL=300.0, WPNAV_SPEED_UP=300.0)
+    assert found.problems == found.notes == ()
+
+
+def test_a_circle_that_is_not_watched_may_be_as_small_as_it_likes():
+    assert copter(FENCE_RADIUS=10.0, FENCE_TYPE=5).problems == ()
+
+
+def test_a_vehicle_as_it_comes_is_refused_on_both():
+    defaults = {Autopilot.PX4: px4_defaults.PARAMETERS, Autopilot.ARDUPILOT: ardupilot_defaults.PARAMETERS}
+    refused = {one: settings_of(one, defaults[one].get, WANTED, NEAR).problems for one in Autopilot}
+    assert [problem.split()[0] for problem in refused[Autopilot.PX4]] == ["COM_OBL_RC_ACT"]
+    assert {problem.split()[0] for problem in refused[Autopilot.ARDUPILOT]} == {
+        "FENCE_ENABLE",
+        "FS_GCS_ENABLE",
+        "SYSID_MYGCS",
+    }
+
+
+def test_a_low_battery_that_the_vehicle_ignores_and_a_return_below_the_roofs_are_said():
+    high = Reach(80.0, 40.0, clear_up_m=72.5)
+    notes = px4(high, COM_LOW_BAT_ACT=0).notes
+    assert "COM_LOW_BAT_ACT is 0" in notes[0]
+    assert "RTL_RETURN_ALT" in notes[1]
+    assert "set it to 73" in notes[1]
+    notes = copter(high, BATT_FS_LOW_ACT=0).notes
+    assert "BATT_FS_LOW_ACT is 0" in notes[0]
+    assert "at 15 m above home" in notes[1]
+    assert "set it to 7300" in notes[1]
+
+
+@pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
+def test_the_built_in_vehicle_is_set_as_a_real_one_is_told_to_be(sound, autopilot):
+    told = dict(_as_told(load(sound, [f"vehicle.autopilot={autopilot}"]), 1.0))
+    defaults = {"px4": px4_defaults.PARAMETERS, "ardupilot": ardupilot_defaults.PARAMETERS}[autopilot]
+    mission = load(sound, [])
+    vehicle = mission.vehicle
+    limits = Limits(
+        vehicle.max_speed_mps, vehicle.max_climb_mps, vehicle.max_descent_mps, vehicle.max_acceleration_mps2
+    )
+    found = settings_of(Autopilot[autopilot.upper()], (defaults | told).get, limits, Reach(700.0, 80.0, 0.0))
+    assert found.problems == ()
+
+
+def test_limits_are_the_smaller_of_the_two_and_it_is_said():
+    found = px4(MPC_XY_VEL_MAX=5.0, MPC_Z_VEL_MAX_UP=9.0, MPC_Z_VEL_MAX_DN=1.0)
+    assert found.limits == Limits(5.0, 3.0, 1.0, 3.0)
+    assert len(found.notes) == 2
+
+
+def test_copters_centimetres_are_metres():
+    found = copter(WPNAV_SPEED=500.0, WPNAV_SPEED_UP=200.0, WPNAV_SPEED_DN=100.0, WPNAV_ACCEL=250.0)
+    assert found.limits == Limits(5.0, 2.0, 1.0, 2.5)
+
+
+def test_a_curve_is_slowed_down_until_every_limit_holds():
+    allowed = Limits(4.0, 3.0, 1.0, 1.5)
+    factor = slowing_factor(WANTED, allowed)
+    assert factor == pytest.approx(2.0)
+    assert WANTED.max_acceleration_mps2 / factor**2 <= allowed.max_acceleration_mps2
+    assert slowing_factor(WANTED, WANTED) == 1.0
+
+
+def test_a_slower_vehicle_brakes_more_gently_and_is_called_home_earlier():
+    flight, slow = Flight(), Limits(2.0, 1.0, 0.5, 1.0)
+    flight.run_to(Phase.CHECKING)
+    place, home = (200.0, 0.0, 10.0), (0.0, 0.0, 0.0)
+    before_s = flight.executive.monitors.energy.way_home_s(place, home, 10.0)
+    flight.tell(Checked((), limits=slow))
+    assert flight.executive.monitors.energy.way_home_s(place, home, 10.0) > 2.0 * before_s
+    flight.run_to(Phase.TRANSIT)
+    assert flight.executive.course is not None
+    assert flight.executive.course.max_acceleration_mps2 == 1.0
