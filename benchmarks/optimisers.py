@@ -18,7 +18,7 @@ import numpy as np
 from benchmarks.timing import machine
 from mission import load
 from mission.site import options_from_mission, problem_from_mission
-from planner import augmented_lagrangian, polish, solver
+from planner import augmented_lagrangian, solver
 from planner.problem import Kernel, Method
 
 
@@ -35,12 +35,13 @@ def _without(part: str) -> Iterator[None]:
             case "frequency coordinates":
                 stack.enter_context(mock.patch.object(augmented_lagrangian, "frequency_scale", _plain_scale))
             case "slow start of the penalties":
-                firm = (10.0,) * len(solver.POLISH_PENALTIES)
-                stack.enter_context(mock.patch.object(solver, "POLISH_PENALTIES", firm))
+                firm = tuple(dataclasses.replace(one, penalty=10.0) for one in solver.POLISH)
+                stack.enter_context(mock.patch.object(solver, "POLISH", firm))
             case "Stein steps":
                 stack.enter_context(mock.patch.object(solver, "explored", lambda _scene, particles, *_: particles))
             case "half of the steps":
-                stack.enter_context(mock.patch.object(polish, "STEPS_PER_ROUND", polish.STEPS_PER_ROUND // 2))
+                half = tuple(dataclasses.replace(one, steps=one.steps // 2) for one in solver.POLISH)
+                stack.enter_context(mock.patch.object(solver, "POLISH", half))
         jax.clear_caches()
         yield
     jax.clear_caches()

@@ -20,7 +20,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 import scipy.fft
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from planner import lbfgs
 from planner.scene import Scene
@@ -80,7 +80,7 @@ def penalised(
     return scene.ergodic_metric(positions) / reference + scene.effort(control) + 0.5 * penalty * jnp.sum(broken**2)
 
 
-def step(scene: Scene, state: State, penalty: Float[Array, ""], inner_steps: int) -> tuple[State, Info]:
+def step(scene: Scene, state: State, penalty: Float[Array, ""], inner_steps: Int[Array, ""]) -> tuple[State, Info]:
     """One round: minimise, then update the multipliers.
 
     Args:
@@ -109,11 +109,7 @@ def step(scene: Scene, state: State, penalty: Float[Array, ""], inner_steps: int
     value_and_gradient = jax.value_and_grad(objective)
     inner = lbfgs.init(value_and_gradient, jnp.zeros(state.free.size, state.free.dtype), FIRST_STEP_UNIT)
 
-    def body(inner: lbfgs.State, _: None) -> tuple[lbfgs.State, Array]:
-        inner, info = lbfgs.step(value_and_gradient, inner)
-        return inner, info.accepted
-
-    inner, accepted = jax.lax.scan(body, inner, None, length=inner_steps)
+    inner = jax.lax.fori_loop(0, inner_steps, lambda _, inner: lbfgs.step(value_and_gradient, inner)[0], inner)
     free = free_of(inner.position)
     control = scene.control_points(free)
     positions = scene.positions(control)
@@ -125,7 +121,7 @@ def step(scene: Scene, state: State, penalty: Float[Array, ""], inner_steps: int
         state.reference * LARGEST_RESCALE,
     )
     multipliers = jnp.maximum(0.0, state.multipliers + penalty * broken) * (state.reference / reference)
-    return State(free, multipliers, reference), Info(metric, jnp.max(broken), jnp.mean(accepted))
+    return State(free, multipliers, reference), Info(metric, jnp.max(broken), 1.0 - inner.refused / inner_steps)
 
 
 def cosine_basis(count: int) -> Float[np.ndarray, "free frequency"]:

@@ -5,13 +5,14 @@ One jit an entry point; shapes are static, so problems of similar size share the
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable, Sequence
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from planner import augmented_lagrangian, stein
 from planner.problem import Kernel
@@ -20,9 +21,21 @@ from planner.scene import Scene
 STEIN_STEPS = 60
 # The Stein phase may cut corners; the polish makes them good.
 STEIN_PENALTY = 0.1
-STEPS_PER_ROUND = 60
 
 Particles = Float[np.ndarray, "particle free 3"]
+
+
+@dataclasses.dataclass(frozen=True)
+class Round:
+    """One round of multipliers.
+
+    Attributes:
+        penalty: ρ.
+        steps: Evaluations spent on its minimisation.
+    """
+
+    penalty: float
+    steps: int
 
 
 def explored(scene: Scene, particles: Particles, kernel: Kernel, seed: int) -> Particles:
@@ -42,15 +55,15 @@ def explored(scene: Scene, particles: Particles, kernel: Kernel, seed: int) -> P
 def polished(
     scene: Scene,
     particles: Particles,
-    penalties: Sequence[float],
+    rounds: Sequence[Round],
     after_round: Callable[[float], bool],
 ) -> tuple[Particles, int]:
-    """Each candidate on its own, by one round of multipliers a penalty.
+    """Each candidate on its own, by rounds of multipliers.
 
     Args:
         scene: What the candidates are measured against.
         particles: Their free control points, unit cube.
-        penalties: ρ of each round.
+        rounds: How firmly and how long, in order.
         after_round: Told the lowest metric after each round; says whether to go on.
 
     Returns:
@@ -58,9 +71,9 @@ def polished(
     """
     state = _begin(scene, jnp.asarray(particles, jnp.float32))
     steps = 0
-    for penalty in penalties:
-        state, info = _round(scene, state, jnp.float32(penalty))
-        steps += STEPS_PER_ROUND
+    for one in rounds:
+        state, info = _round(scene, state, jnp.float32(one.penalty), jnp.int32(one.steps))
+        steps += one.steps
         metrics = np.asarray(info.ergodic_metric)
         if not after_round(float(metrics[np.isfinite(metrics)].min(initial=np.inf))):
             break
@@ -90,6 +103,6 @@ def _begin(scene: Scene, particles: Float[Array, "particle free 3"]) -> augmente
 
 @eqx.filter_jit
 def _round(
-    scene: Scene, state: augmented_lagrangian.State, penalty: Float[Array, ""]
+    scene: Scene, state: augmented_lagrangian.State, penalty: Float[Array, ""], inner_steps: Int[Array, ""]
 ) -> tuple[augmented_lagrangian.State, augmented_lagrangian.Info]:
-    return jax.vmap(lambda one: augmented_lagrangian.step(scene, one, penalty, STEPS_PER_ROUND))(state)
+    return jax.vmap(lambda one: augmented_lagrangian.step(scene, one, penalty, inner_steps))(state)

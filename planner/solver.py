@@ -19,7 +19,7 @@ from planner.free_space import FreeSpace
 from planner.judging import Judge, at_middles, better
 from planner.lawnmower import lawnmower_ergodic_metric
 from planner.plan import Candidate, Plan, Status
-from planner.polish import STEIN_STEPS, Particles, explored, polished
+from planner.polish import STEIN_STEPS, Particles, Round, explored, polished
 from planner.problem import Method, Options, Problem
 from planner.rerouting import rerouted
 from planner.scene import Scene, free_from_control, knots_for, scene_of, trajectory_of
@@ -27,11 +27,12 @@ from planner.seeds import seed_paths, spline_from_path
 from planner.selection import select
 from planner.trajectory import Trajectory
 
-# Geometric from nearly free to firm: starting firm freezes a path in the shape of its seed.
-POLISH_PENALTIES = tuple(float(penalty) for penalty in np.geomspace(1e-3, 10.0, 12))
+# Geometric from nearly free to firm: starting firm freezes a path in the shape of its seed. The shape is found while
+# the limits give way; later rounds only make them firm.
+POLISH = tuple(Round(float(penalty), 90 if penalty < 0.1 else 30) for penalty in np.geomspace(1e-3, 10.0, 12))
 # A replan starts from an answer: its multipliers need no slow start.
-WARM_POLISH_PENALTIES = (1.0, 10.0)
-REPAIR_PENALTIES = (1.0, 10.0, 100.0)
+WARM_POLISH = (Round(1.0, 60), Round(10.0, 60))
+REPAIR = (Round(1.0, 60), Round(10.0, 60), Round(100.0, 60))
 MOST_REPAIRS = 3
 
 
@@ -148,14 +149,14 @@ class _Work:
             self.progress(Progress("stein", 0.05))
             particles = explored(self.scene, particles, self.options.kernel, self.options.seed)
             self.steps += STEIN_STEPS
-        self._polish(particles, WARM_POLISH_PENALTIES if self.warm else POLISH_PENALTIES, "polish", 0.1, 0.8)
+        self._polish(particles, WARM_POLISH if self.warm else POLISH, "polish", 0.1, 0.8)
         for repair in range(MOST_REPAIRS):
             if self.out_of_time() or not any(self.refused):
                 break
             # From where the optimiser left off, which is nearer to good than the seed that may have been kept.
             detours = self._around_obstacles(self._last)
             at = 0.8 + 0.15 * repair / MOST_REPAIRS
-            self._polish(detours, REPAIR_PENALTIES, "repair", at, at + 0.15 / MOST_REPAIRS)
+            self._polish(detours, REPAIR, "repair", at, at + 0.15 / MOST_REPAIRS)
 
     def plan(self) -> Plan:
         """Select, and measure the set against the baseline."""
@@ -179,17 +180,17 @@ class _Work:
         )
 
     def _polish(
-        self, particles: Particles, penalties: Sequence[float], phase: str, done_from: float, done_to: float
+        self, particles: Particles, rounds: Sequence[Round], phase: str, done_from: float, done_to: float
     ) -> None:
-        rounds = 0
+        done = 0
 
         def after_round(lowest: float) -> bool:
-            nonlocal rounds
-            rounds += 1
-            self.progress(Progress(phase, done_from + (done_to - done_from) * rounds / len(penalties), lowest))
+            nonlocal done
+            done += 1
+            self.progress(Progress(phase, done_from + (done_to - done_from) * done / len(rounds), lowest))
             return not self.out_of_time()
 
-        self._last, steps = polished(self.scene, particles, penalties, after_round)
+        self._last, steps = polished(self.scene, particles, rounds, after_round)
         self.steps += steps
         self.offer(self._last)
 
