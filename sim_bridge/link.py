@@ -18,6 +18,7 @@ from pathlib import Path
 from mavsdk import Configuration, Mavsdk, System, log_subscribe
 from mavsdk.plugins.offboard import AccelerationNed, Offboard, PositionNedYaw, VelocityNedYaw
 
+from sim_bridge.codec import mavlink
 from sim_bridge.frames import VehicleFrame
 from sim_bridge.link_autopilot import Autopilot
 from sim_bridge.link_commands import OWN_COMPONENT, OWN_SYSTEM, Commands
@@ -190,7 +191,9 @@ class Link:
                     if self._commands is not None and isinstance(event, VehicleState | Waiting):
                         self._commands.told(waits=isinstance(event, Waiting))
                     self._inbox.post(host_s, event)
-                self._sdk.pass_received_raw_bytes(accepted.frame)
+                if accepted.message.get_msgId() != mavlink.MAVLINK_MSG_ID_STATUSTEXT:
+                    # mavsdk would only print a text, whatever bytes a vehicle put into it.
+                    self._sdk.pass_received_raw_bytes(accepted.frame)
 
     # Telling.
 

@@ -13,6 +13,7 @@ from sim_bridge.state import CommandDone, StatusText
 
 _MOST_EVENTS = 20_000
 _TEXTS_KEPT_S = 10.0
+_MOST_TEXTS = 200
 _LAST_WORDS_S = 3.0
 _NOTICE = 5
 
@@ -41,7 +42,7 @@ class Inbox:
         """Put an event in."""
         if isinstance(event, StatusText):
             kept = [(at, text) for at, text in self._texts if host_s - at < _TEXTS_KEPT_S]
-            self._texts = [*kept, (host_s, event)]
+            self._texts = [*kept[-_MOST_TEXTS:], (host_s, event)]
         try:
             self._events.put_nowait(Timed(host_s, event))
         except queue.Full:

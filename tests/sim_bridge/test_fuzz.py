@@ -41,9 +41,13 @@ COMMANDS = (16, 20, 21, 22, 176, 178, 179, 192, 193, 207, 212, 224, 246, 300, 40
 KINDS = {kind.msgname: kind for kind in mavlink.mavlink_map.values()}
 
 
-def framed(kind, payload: bytes, sequence: int) -> bytes:
+CLIENT, VEHICLE = (245, 190), (1, 1)
+"""System and component of either end."""
+
+
+def framed(kind, payload: bytes, sequence: int, sender=CLIENT) -> bytes:
     """A frame with the right checksum around any payload."""
-    head = struct.pack("<BBBBBB", len(payload), 0, 0, sequence & 0xFF, 245, 190) + kind.id.to_bytes(3, "little")
+    head = struct.pack("<BBBBBB", len(payload), 0, 0, sequence & 0xFF, *sender) + kind.id.to_bytes(3, "little")
     checksum = x25crc(head + payload)
     checksum.accumulate(bytes([kind.crc_extra]))
     return b"\xfd" + head + payload + struct.pack("<H", checksum.crc)
@@ -81,13 +85,13 @@ def _forms(kind) -> list[str]:
     return [f"{lengths[name]}s" if lengths[name] else letters[of[name]] for name in kind.ordered_fieldnames]
 
 
-def frame(chance: random.Random, sequence: int) -> bytes:
+def frame(chance: random.Random, sequence: int, heard=HEARD, sender=CLIENT) -> bytes:
     """Sensible, random or broken."""
-    kind = KINDS[chance.choice(HEARD)] if chance.random() < 0.9 else chance.choice(list(KINDS.values()))
+    kind = KINDS[chance.choice(heard)] if chance.random() < 0.9 else chance.choice(list(KINDS.values()))
     luck = chance.random()
-    known = luck < 0.6 and kind.msgname in HEARD
+    known = luck < 0.6 and kind.msgname in heard
     payload = sensible(chance, kind) if known else chance.randbytes(kind.unpacker.size)
-    data = bytearray(framed(kind, payload, sequence))
+    data = bytearray(framed(kind, payload, sequence, sender))
     if luck > 0.9:
         for _ in range(chance.randrange(1, 5)):
             data[chance.randrange(len(data))] = chance.randrange(256)

@@ -1,0 +1,217 @@
+"""A million random and mutated frames into both ends: nothing raises, and nothing grows.
+
+The vehicles are in the air and hear what `tests/sim_bridge/test_fuzz.py` makes. The client is the real one, mavsdk
+included, on a wire that brings nothing else; what it hears goes on to an executive that is to fly a mission.
+
+python -m benchmarks.flying.fuzz [FRAMES]
+"""
+
+from __future__ import annotations
+
+import functools
+import gc
+import os
+import random
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from benchmarks.faults.rehearsal import CORNERS, mission, problem
+from benchmarks.timing import machine
+from mission.belief import Belief
+from mission.events import Assignment, Checked, Connected, FindWay, FlightEnd, FlightMethod, RunChecks, WayFound
+from mission.executive import Executive
+from mission.flight import energy_of, monitors_of
+from mission.ways import along
+from sim_bridge.codec import mavlink
+from sim_bridge.link import Link
+from sim_bridge.link_autopilot import Autopilot
+from tests.sim_bridge.test_fuzz import VEHICLE, frame, fuzz
+
+FRAMES = 1_000_000
+TOLD = (
+    "HEARTBEAT",
+    "LOCAL_POSITION_NED",
+    "ATTITUDE",
+    "SYS_STATUS",
+    "BATTERY_STATUS",
+    "EXTENDED_SYS_STATE",
+    "HOME_POSITION",
+    "GPS_GLOBAL_ORIGIN",
+    "GLOBAL_POSITION_INT",
+    "STATUSTEXT",
+    "MISSION_CURRENT",
+    "MISSION_ITEM_REACHED",
+    "COMMAND_ACK",
+    "PARAM_VALUE",
+    "MISSION_COUNT",
+    "MISSION_ITEM_INT",
+    "MISSION_REQUEST_INT",
+    "MISSION_ACK",
+    "TIMESYNC",
+)
+SOUND_EVERY = 25
+FLIGHT_FRAMES = 2000
+BATCH = 50
+WARM_SHARE = 0.25
+_PAGE_KIB = os.sysconf("SC_PAGE_SIZE") // 1024
+
+
+def resident_kib() -> int:
+    """Memory of this process that is in use."""
+    return int(Path("/proc/self/statm").read_text(encoding="ascii").split()[1]) * _PAGE_KIB
+
+
+class FuzzedWire:
+    """Brings frames as a mad vehicle sends them, some sound ones among them; swallows what is sent.
+
+    Args:
+        frames: How many in all.
+        seed: Of what they hold.
+    """
+
+    def __init__(self, frames: int, seed: int) -> None:
+        self._left = frames
+        self._chance = random.Random(seed)
+        self._codec = mavlink.MAVLink(None, *VEHICLE)
+        self.brought = 0
+        self.begun = False
+
+    def receive(self, timeout_s: float) -> bytes:
+        """Some frames in one datagram; heartbeats alone until the flight begins."""
+        if not self.begun or self._left <= 0:
+            time.sleep(timeout_s)
+            return b"".join(self._sound())
+        batch = []
+        for _ in range(min(BATCH, self._left)):
+            self.brought += 1
+            batch.append(frame(self._chance, self.brought, TOLD, VEHICLE))
+            if self.brought % SOUND_EVERY == 0:
+                batch += self._sound()
+        self._left -= min(BATCH, self._left)
+        return b"".join(batch)
+
+    @property
+    def empty(self) -> bool:
+        """Whether everything was brought."""
+        return self._left <= 0
+
+    def send(self, data: bytes) -> None:
+        """Swallow."""
+
+    def close(self) -> None:
+        """Nothing to let go of."""
+
+    def _sound(self) -> list[bytes]:
+        """What a vehicle in flight says."""
+        self._codec.seq = (self._codec.seq + 1) % 256
+        moment_ms = int(self.brought * 10 % 2**32)
+        armed = mavlink.MAV_MODE_FLAG_SAFETY_ARMED | mavlink.MAV_MODE_FLAG_CUSTOM_MODE_ENABLED
+        messages = (
+            mavlink.MAVLink_heartbeat_message(2, mavlink.MAV_AUTOPILOT_PX4, armed, 6 << 16, 4, 3),
+            mavlink.MAVLink_attitude_message(moment_ms, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0),
+            mavlink.MAVLink_gps_global_origin_message(473977000, 85456000, 488000, 0),
+            mavlink.MAVLink_home_position_message(
+                473977000, 85456000, 488000, 0.0, 0.0, 0.0, (1.0, 0.0, 0.0, 0.0), 0.0, 0.0, 0.0, 0
+            ),
+            mavlink.MAVLink_sys_status_message(0, 0, 0, 0, 16000, 0, 77, 0, 0, 0, 0, 0, 0),
+            mavlink.MAVLink_extended_sys_state_message(0, 2),
+            mavlink.MAVLink_local_position_ned_message(moment_ms, 20.0, 20.0, -12.0, 0.0, 0.0, 0.0),
+        )
+        return [bytes(message.pack(self._codec)) for message in messages]
+
+
+@functools.cache
+def _assignment() -> Assignment:
+    limits = problem().limits
+    return Assignment(
+        exploration=along(CORNERS, limits),
+        takeoff_altitude_m=mission().takeoff_altitude_m,
+        end=FlightEnd.RETURN,
+        method=FlightMethod.OFFBOARD,
+        max_acceleration_mps2=limits.max_acceleration_mps2,
+        max_yaw_rate_radps=limits.max_yaw_rate_radps,
+        max_climb_mps=limits.max_climb_mps,
+    )
+
+
+def _executive() -> Executive:
+    return Executive(_assignment(), monitors_of(mission(), Belief(problem()), energy_of(mission(), problem())))
+
+
+def client(frames: int) -> tuple[int, int, int]:
+    """Let a flight client hear so many frames.
+
+    Returns:
+        Frames brought, events that came of them, and growth of the memory in KiB after a quarter of the frames.
+    """
+    wire = FuzzedWire(frames, seed=1)
+    link = Link(wire, mission().site.origin.point())
+    events, way = 0, along(CORNERS[:2], problem().limits)
+    try:
+        link.wait_heard(10.0)
+        wire.begun = True
+        executive, flown, before_kib = _executive(), 0, 0
+        executive.receive(Connected(), 0.0)
+        now_s = 0.0
+        while not wire.empty:
+            for timed in link.events(0.05):
+                events += 1
+                now_s += 0.01
+                for action in executive.receive(timed.event, now_s) + executive.tick(now_s):
+                    match action:
+                        case RunChecks():
+                            executive.receive(Checked(()), now_s)
+                        case FindWay(goal):
+                            executive.receive(WayFound(goal, way), now_s)
+                        case _:
+                            pass
+            if executive.finished or wire.brought - flown > FLIGHT_FRAMES:
+                executive, flown, now_s = _executive(), wire.brought, 0.0
+                executive.receive(Connected(), 0.0)
+            if not before_kib and wire.brought > WARM_SHARE * frames:
+                gc.collect()
+                before_kib = resident_kib()
+        gc.collect()
+        return wire.brought, events, resident_kib() - before_kib
+    finally:
+        link.close()
+
+
+def vehicle(autopilot: Autopilot, frames: int) -> tuple[int, int, int]:
+    """Let a vehicle in the air hear so many frames.
+
+    Returns:
+        Frames brought, datagrams it still says in a second afterwards, and growth of the memory in KiB after a quarter
+        of the frames.
+    """
+    first = int(WARM_SHARE * frames)
+    fuzz(autopilot, first, seed=1)
+    gc.collect()
+    before_kib = resident_kib()
+    said = fuzz(autopilot, frames - first, seed=2)
+    gc.collect()
+    return frames, len(said), resident_kib() - before_kib
+
+
+def main() -> None:
+    """Print the table."""
+    frames = int(sys.argv[1]) if len(sys.argv) > 1 else FRAMES
+    print(f"{machine()}\n")
+    print("| end | frames | exceptions | came of it | memory grew by | a frame |")
+    print("|---|---|---|---|---|---|")
+    ends: dict[str, tuple[Callable[[int], tuple[int, int, int]], int, str]] = {
+        f"vehicle, {autopilot.name.lower()}": (functools.partial(vehicle, autopilot), frames // 2, "datagrams, alive")
+        for autopilot in Autopilot
+    }
+    ends["flight client"] = (client, frames, "events")
+    for name, (run, count, what) in ends.items():
+        began_s = time.perf_counter()
+        brought, came, grown_kib = run(count)
+        spent_us = 1e6 * (time.perf_counter() - began_s) / brought
+        print(f"| {name} | {brought:,} | 0 | {came:,} {what} | {grown_kib} KiB | {spent_us:.0f} µs |", flush=True)
+
+
+if __name__ == "__main__":
+    main()
