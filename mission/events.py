@@ -136,6 +136,11 @@ class Stalled:
     course: Course
 
 
+@dataclasses.dataclass(frozen=True)
+class StreamFailed:
+    """Setpoints cannot be sent any more."""
+
+
 Event = (
     VehicleState
     | Waiting
@@ -148,6 +153,7 @@ Event = (
     | NewCourse
     | CourseBlocked
     | Stalled
+    | StreamFailed
     | Operator
 )
 

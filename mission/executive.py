@@ -28,6 +28,7 @@ from mission.events import (
     Operator,
     Order,
     Stalled,
+    StreamFailed,
     WayFound,
 )
 from mission.known_vehicle import KnownVehicle
@@ -172,6 +173,8 @@ class Executive:
                 self._machine.say(f"the course is blocked ahead: {event.reason}", warning=True)
             case Stalled():
                 self._stalled(event.course, now_s)
+            case StreamFailed():
+                self._fire(Trigger.STREAM_FAILED, now_s)
             case MissionProgress():
                 self._reached, last = event.reached, self._last_item
                 done = self._reached is not None and last is not None and self._reached >= last

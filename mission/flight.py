@@ -35,6 +35,7 @@ from mission.monitors import Energy, Monitors
 from mission.phases import Phase
 from mission.plan_output import plan_file_of, write_outputs
 from mission.planning import Planned
+from mission.preflight import disk_problems
 from mission.recorder import SUMMARY_NAME, Recorder, write_durably
 from mission.replan_cycle import ReplanCycle, Schedule
 from mission.replanning import Replanner
@@ -191,7 +192,7 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
                 energy,
                 Intake(settings.folder, mission),
                 assignment,
-                lambda: _upload(link, planned, settings.method),
+                lambda: _prepare(link, planned, settings),
                 lambda: cycle is None or cycle.warm,
                 settings.from_s,
             )
@@ -223,18 +224,29 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
         "messages_refused": refused,
         "why": executive.why,
     }
-    write_durably(settings.folder / SUMMARY_NAME, json.dumps(summary, indent=1) + "\n")
-    watcher.say("drawing", warning=False)
-    drawn = draw_outputs(read_flight_folder(settings.folder))
+    try:
+        write_durably(settings.folder / SUMMARY_NAME, json.dumps(summary, indent=1) + "\n")
+        watcher.say("drawing", warning=False)
+        files += draw_outputs(read_flight_folder(settings.folder))
+    except OSError as error:
+        # The flight is over and came out as it did, whether or not there is room to draw it.
+        watcher.say(f"the summary or its pictures cannot be written: {error}", warning=True)
     watcher.close()
-    return Flown(outcome_of(executive), loop.interrupted, summary, settings.folder, tuple(map(str, (*files, *drawn))))
+    return Flown(outcome_of(executive), loop.interrupted, summary, settings.folder, tuple(map(str, files)))
 
 
-def _upload(link: Link, planned: Planned, method: FlightMethod) -> int | None:
-    """What the vehicle must hold before it arms; the number of the last waypoint of an uploaded mission."""
+def _prepare(link: Link, planned: Planned, settings: FlightSettings) -> int | None:
+    """What must be done before arming, uploads above all; the number of the last waypoint of an uploaded mission.
+
+    Raises:
+        LinkError: The vehicle does not hold what was sent.
+        ValueError: More items than the autopilot holds, or no room for the log.
+    """
+    if problems := disk_problems(settings.folder):
+        raise ValueError("; ".join(problems))
     plan = plan_file_of(planned)
     upload_safety(link, plan)
-    return upload_plan(link, plan) if method is FlightMethod.MISSION else None
+    return upload_plan(link, plan) if settings.method is FlightMethod.MISSION else None
 
 
 def outcome_of(executive: Executive) -> Outcome:

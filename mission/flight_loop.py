@@ -33,6 +33,7 @@ from mission.events import (
     Say,
     Stalled,
     Stream,
+    StreamFailed,
     WayFound,
 )
 from mission.executive import Executive
@@ -113,6 +114,7 @@ class FlightLoop:
         self._shown_s = 0.0
         self._noted_s = 0.0
         self._must_leave = False
+        self._log_broken = False
 
     def tell(self, event: Event) -> None:
         """Give the flight an event, from any thread."""
@@ -148,6 +150,9 @@ class FlightLoop:
             now_s = self._clock.now(time.monotonic())
             self._recorder.write("stall", now_s)
             self._receive(Stalled(stalled), now_s)
+        if self._streamer.failed:
+            self._receive(StreamFailed(), self._clock.now(time.monotonic()))
+        self._watch_log()
         for timed in self._link.events(wait_host_s):
             self._hear(timed.event, timed.host_s)
         now_s = self._clock.now(time.monotonic())
@@ -182,7 +187,10 @@ class FlightLoop:
 
     def _receive(self, event: Event, now_s: float) -> None:
         if isinstance(event, Checked) and event.exploration is not self.executive.exploration and event.exploration:
-            self._recorder.course(now_s, event.exploration, "slowed")
+            try:
+                self._recorder.course(now_s, event.exploration, "slowed")
+            except OSError as error:
+                event = Checked((f"the slowed course cannot be put on the disk: {error}",))
         self._act(self.executive.receive(event, now_s), now_s)
 
     def _act(self, actions: list[Action], now_s: float) -> None:
@@ -205,6 +213,18 @@ class FlightLoop:
                 case Say(text, warning):
                     self._recorder.write("say", now_s, text=text, warning=warning)
                     self._watcher.say(text, warning)
+
+    def _watch_log(self) -> None:
+        """Tell once when the log cannot be written, and once when it can again; the flight goes on."""
+        fault, lost = self._recorder.fault, self._recorder.lost_lines
+        if (fault is not None) is self._log_broken:
+            return
+        self._log_broken = fault is not None
+        if fault is not None:
+            text = f"the log cannot be written ({fault.strerror}): the flight goes on, what it flies now is not kept"
+        else:
+            text = f"the log is written again; {lost} lines are lost"
+        self._act([Say(text, True)], self._clock.now(time.monotonic()))
 
     # Jobs, on their own thread; their results come back as events.
 
@@ -253,14 +273,19 @@ class FlightLoop:
             )
             if verdict.trajectory is not None:
                 self._take(verdict.trajectory, now_s)
-            elif cycle.hopeless:
-                self._act([Say("no way around what blocks the course", True)], now_s)
-                self._receive(Operator.RETURN, now_s)
+        if self.executive.held_by_block and cycle.hopeless:
+            self._act([Say("no way around what blocks the course", True)], now_s)
+            self._receive(Operator.RETURN, now_s)
         if (request := cycle.ask(self.executive, now_s, self._clock.rate)) is not None:
             self._recorder.write("asked", now_s, number=request.number, switch_s=request.switch_s)
 
     def _take(self, trajectory: Trajectory, now_s: float) -> None:
-        self._recorder.course(now_s, trajectory, "replan")
+        try:
+            self._recorder.course(now_s, trajectory, "replan")
+        except OSError as error:
+            # What is not on the disk could not be resumed from, so it is not flown.
+            self._act([Say(f"a new plan is not flown, as it cannot be put on the disk: {error}", True)], now_s)
+            return
         before = self.executive.exploration
         self._receive(NewCourse(trajectory), self._clock.now(time.monotonic()))
         if self.executive.exploration is not before:

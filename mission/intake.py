@@ -8,6 +8,7 @@ answers with `inbox/NAME.answer`.
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
 import time
@@ -194,9 +195,10 @@ class Intake:
         return found
 
     def answer(self, arrived: Arrived, accepted: bool, reason: str) -> None:
-        """Tell who pushed what became of it."""
+        """Tell who pushed what became of it; on a full disk nobody is told, and the flight goes on."""
         text = json.dumps({"accepted": accepted, "reason": reason})
-        write_durably(self._inbox / f"{arrived.name}{ANSWER_SUFFIX}", text)
+        with contextlib.suppress(OSError):
+            write_durably(self._inbox / f"{arrived.name}{ANSWER_SUFFIX}", text)
 
 
 def push_into(folder: Path, file: Path, timeout_s: float = 10.0) -> dict[str, Any] | None:

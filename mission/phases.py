@@ -76,6 +76,7 @@ class Trigger(enum.Enum):
     TOO_CLOSE = "closer to an obstacle than allowed"
     OFF_TRACK = "too far from the course"
     STALLED = "nobody watched the flight for too long"
+    STREAM_FAILED = "setpoints cannot be sent any more"
     RECOVERED = "on the course again, at a safe distance"
     GIVEN_UP = "too many recoveries"
     BLOCKED = "new information blocks the course"
@@ -195,6 +196,7 @@ TABLE: tuple[Row, ...] = (
     Row((_P.TURNING_BACK,), _T.NO_WAY, _P.VEHICLE_RETURN, "no proven way leads home"),
     Row((_P.TURNING_BACK, _P.RETURNING), _T.TIMED_OUT, _P.VEHICLE_RETURN, "the way home took too long"),
     Row((_P.RETURNING,), _T.ARRIVED, _P.LANDING, "above home"),
+    Row(STREAMING, _T.STREAM_FAILED, _P.VEHICLE_RETURN, "setpoints cannot be sent any more"),
     Row((_P.TAKING_OFF,), _T.RETURN, _P.LANDING, "called back during take-off"),
     Row(
         (_P.TAKING_OFF, *STREAMING, _P.BLIND, _P.VEHICLE_RETURN, *_AUTO, _P.HANDING_OVER),

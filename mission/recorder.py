@@ -4,6 +4,8 @@
 flight clock `t` and this machine's monotonic clock `host`. A line is handed to the system before the flight acts on it,
 and plans are on the disk before they are flown: after a crash or a kill everything up to the last line is there
 (`mission.flight_log` reads it back).
+
+A full disk does not end a flight: lines are lost and counted, and when there is room again the log goes on behind them.
 """
 
 from __future__ import annotations
@@ -43,12 +45,19 @@ class Recorder:
         folder.mkdir(parents=True, exist_ok=True)
         self.folder = folder
         self._lock = threading.Lock()
-        self._file = (folder / LOG_NAME).open("a", encoding="utf-8")
+        # Unbuffered: a line is with the system when `write` returns, and what was not written is known.
+        self._file = (folder / LOG_NAME).open("ab", buffering=0)
+        self._torn = b""
+        self.lost_lines = 0
+        self.fault: OSError | None = None
         self.plans = len(list(folder.glob("course-*.json")))
         self.write("header", 0.0, format=FORMAT, version=VERSION, **header)
+        if self.fault is not None:
+            self._file.close()
+            raise self.fault
 
     def write(self, kind: str, time_s: float, **fields: JsonValue) -> None:
-        """Record something that happened.
+        """Record something that happened; where that fails, `fault` says why and `lost_lines` how often it did.
 
         Args:
             kind: What it was.
@@ -59,8 +68,20 @@ class Recorder:
         line = json.dumps({**stamps, **fields}, allow_nan=False, separators=(",", ":"))
         with self._lock:
             if not self._file.closed:
-                self._file.write(line + "\n")
-                self._file.flush()
+                self._append(f"{line}\n".encode())
+
+    def _append(self, line: bytes) -> None:
+        data = self._torn + line
+        try:
+            written = self._file.write(data)
+        except OSError as error:
+            self.lost_lines += 1
+            self.fault = error
+            return
+        # A line that was cut short goes on where it was cut, or everything behind it could not be read.
+        self._torn = data[written:]
+        if not self._torn:
+            self.fault = None
 
     def setpoint(self, time_s: float, point: CoursePoint, setpoint: Setpoint) -> None:
         """Record a setpoint as it leaves."""
@@ -102,6 +123,9 @@ class Recorder:
 
         Returns:
             Its number.
+
+        Raises:
+            OSError: It is not on the disk.
         """
         number = self.plans
         self.plans += 1
@@ -122,12 +146,19 @@ class Recorder:
         """End the log."""
         with self._lock:
             if not self._file.closed:
-                os.fsync(self._file.fileno())
+                try:
+                    os.fsync(self._file.fileno())
+                except OSError as error:
+                    self.fault = error
                 self._file.close()
 
 
 def write_durably(path: Path, text: str) -> None:
-    """Write a file so that it is either whole or not there, also after a power cut."""
+    """Write a file so that it is either whole or not there, also after a power cut.
+
+    Raises:
+        OSError: It is not there.
+    """
     partial = path.with_name(path.name + ".partial")
     with partial.open("w", encoding="utf-8") as file:
         file.write(text)

@@ -81,8 +81,8 @@ class ReplanCycle:
 
     @property
     def hopeless(self) -> bool:
-        """Whether it stands before a block and no way round was found, time and again."""
-        return self._failed_while_held >= _FAILURES_WHILE_HELD
+        """Whether no way round a block will be found: none was, time and again, or nobody seeks one any more."""
+        return bool(self._replanner.lost) or self._failed_while_held >= _FAILURES_WHILE_HELD
 
     def hurry(self) -> None:
         """Something changed: ask as soon as the other process is free."""

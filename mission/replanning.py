@@ -33,6 +33,8 @@ _LEAD_RESERVE_HOST_S = 0.3
 _REMEMBERED = 4
 _FIRST_LEAD_HOST_S = 2.0
 _CONTINUES = 1e-4
+HUNG_HOST_S = 180.0
+"""A solve has its own time limit of seconds; only a compiler on a busy machine takes minutes."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -143,6 +145,7 @@ class Replanner:
         self._process.start()
         theirs.close()
         self._asked: Request | None = None
+        self._asked_host_s = 0.0
         self._solve_times_s: list[float] = []
         self._warm = False
         self.lost = ""
@@ -171,7 +174,7 @@ class Replanner:
         """
         if self._asked is not None:
             raise ValueError("a replan is under way: poll until it is answered")
-        self._asked = request
+        self._asked, self._asked_host_s = request, time.monotonic()
         # A problem has megabytes, and the pipe takes them as fast as the other side reads.
         threading.Thread(target=self._send, args=(request,), name="asking", daemon=True).start()
 
@@ -179,17 +182,20 @@ class Replanner:
         try:
             self._connection.send(request)
         except (BrokenPipeError, OSError) as error:
-            self.lost = f"the replanning process is gone: {error}"
+            self.lost = self.lost or f"the replanning process is gone: {error}"
 
     def poll(self) -> Reply | None:
-        """The answer, if it is there."""
+        """The answer, if it is there; a process that died or hangs is given up, which is an answer too."""
+        if self._asked is not None and time.monotonic() - self._asked_host_s > HUNG_HOST_S:
+            self.lost = f"the replanning process has not answered for {HUNG_HOST_S:.0f} s: it was ended"
+            self._process.kill()
         if self._asked is None or not (self.lost or self._connection.poll()):
             return None
         asked, self._asked = self._asked, None
         try:
             reply = self._connection.recv()
         except (EOFError, OSError):
-            self.lost = f"the replanning process ended with code {self._process.exitcode}"
+            self.lost = self.lost or f"the replanning process ended with code {self._process.exitcode}"
             return Reply(asked, None, float("inf"), 0.0, self.lost)
         if asked.number > 0:
             self._solve_times_s = [*self._solve_times_s[-(_REMEMBERED - 1) :], reply.solve_s]

@@ -48,6 +48,7 @@ class Streamer:
         self._renewed_s = time.monotonic()
         self._stalled: Course | None = None
         self._sent_s = -math.inf
+        self._failed = False
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="setpoints", daemon=True)
         self._thread.start()
@@ -71,6 +72,11 @@ class Streamer:
             stalled, self._stalled = self._stalled, None
             return stalled
 
+    @property
+    def failed(self) -> bool:
+        """Whether setpoints cannot be sent any more."""
+        return self._failed
+
     def close(self) -> None:
         """Stop for good."""
         self._closed.set()
@@ -79,13 +85,18 @@ class Streamer:
 
     def _run(self) -> None:
         due_s = time.monotonic()
-        while not self._closed.is_set():
-            host_s = time.monotonic()
-            with self._lock:
-                waits = not self._step(host_s)
-            period_s = self._period_s / self._clock.rate
-            due_s = host_s + _AGAIN_SHARE * period_s if waits else max(due_s + period_s, host_s)
-            self._closed.wait(max(0.0, due_s - time.monotonic()))
+        try:
+            while not self._closed.is_set():
+                host_s = time.monotonic()
+                with self._lock:
+                    waits = not self._step(host_s)
+                period_s = self._period_s / self._clock.rate
+                due_s = host_s + _AGAIN_SHARE * period_s if waits else max(due_s + period_s, host_s)
+                self._closed.wait(max(0.0, due_s - time.monotonic()))
+        finally:
+            # Whatever ends this thread: its last setpoint is not repeated for ever.
+            self._failed = not self._closed.is_set()
+            self._stop()
 
     def _step(self, host_s: float) -> bool:
         """Send a setpoint, if there is a course; False: the clock stands, so it is to be tried again soon."""

@@ -3,11 +3,9 @@
 import numpy as np
 import pytest
 
-from mission.events import (
-    Operator,
-    Stalled,
-)
+from mission.events import Operator, Stalled, StreamFailed
 from mission.phases import Phase
+from sim_bridge.state import Command
 from tests.mission.rehearsed_flight import LIMITS, Flight, largest_jump_mps
 
 
@@ -67,6 +65,20 @@ def test_blown_off_the_course_it_waits_until_it_is_back():
     flight.push = np.zeros(3)
     flight.run_for(8.0)
     assert flight.phase is Phase.FOLLOWING
+
+
+@pytest.mark.parametrize("phase", [Phase.TRANSIT, Phase.FOLLOWING, Phase.HOLDING, Phase.RETURNING])
+def test_without_setpoints_the_vehicle_returns_by_itself(phase):
+    flight = Flight()
+    if phase is Phase.HOLDING:
+        flight.exploring().tell(Operator.PAUSE)
+    else:
+        flight.run_to(phase)
+    flight.tell(StreamFailed())
+    assert flight.phase is Phase.VEHICLE_RETURN
+    flight.run_for(1.0)
+    assert flight.vehicle.orders[-1] is Command.RETURN
+    assert flight.run().phase is Phase.LANDED
 
 
 def test_a_stream_that_braked_by_itself_is_taken_up_where_it_stands():

@@ -1,5 +1,6 @@
 """Whole flights against the built-in vehicle, faster than real time, without a solver: the plan is made by hand."""
 
+import contextlib
 import dataclasses
 import json
 import threading
@@ -18,12 +19,14 @@ from mission.journal import unfinished
 from mission.loading import load
 from mission.phases import Phase
 from mission.planning import Planned
+from mission.recorder import LOG_NAME
 from mission.resuming import resumption
 from mission.site import options_from_mission, problem_from_mission
 from mission.ways import along
 from planner import gate
 from planner.diversity import Diversity
 from planner.plan import Candidate, Plan, Status
+from tests.mission.full_disk import no_file_larger_than
 
 SPEED = 20.0
 MISSION = """
@@ -206,6 +209,31 @@ def test_an_interrupted_flight_comes_home_and_is_flown_on_later(planned, tmp_pat
     for corner in CORNERS:
         assert np.linalg.norm(log.position_m[log.exploring()] - corner, axis=1).min() < 1.0
     assert resumption(read_flight_folder(tmp_path / "flight")) is None
+
+
+def test_a_disk_that_fills_up_in_the_air_changes_nothing_but_the_log(planned, tmp_path):
+    limits = contextlib.ExitStack()
+    log = tmp_path / "flight" / LOG_NAME
+
+    def fill():
+        limits.enter_context(no_file_larger_than(log.stat().st_size + 10))
+
+    class Filling(Notes):
+        """Makes room again when the flight is on its way home."""
+
+        def progress(self, progress):
+            super().progress(progress)
+            if progress.phase is Phase.RETURNING:
+                limits.close()
+
+    notes = Filling(Phase.FOLLOWING, fill)
+    with limits:
+        flown = fly_planned(planned(), settings(tmp_path), notes)
+    assert flown.outcome is Outcome.DONE
+    assert any("the log cannot be written" in text for text in notes.said)
+    assert any("the log is written again" in text for text in notes.said)
+    kept = read_flight_log(flown.folder)
+    assert kept.phase[-1] == Phase.LANDING.value
 
 
 def test_where_no_vehicle_answers_the_flight_says_so_and_leaves_no_process(planned, tmp_path):

@@ -185,6 +185,27 @@ def test_a_process_that_dies_is_an_answer_and_not_an_error():
         replanner.close()
 
 
+def never(asked: Request) -> Reply:
+    time.sleep(1000.0)
+    raise AssertionError(asked)
+
+
+def test_a_process_that_hangs_is_ended_and_is_an_answer(monkeypatch):
+    replanner = Replanner(never)
+    try:
+        replanner.ask(dataclasses.replace(request(), number=3))
+        assert replanner.poll() is None
+        monkeypatch.setattr("mission.replanning.HUNG_HOST_S", 0.1)
+        time.sleep(0.2)
+        answer = wait(replanner)
+        assert answer.plan is None
+        assert "has not answered" in answer.failure
+        assert "has not answered" in replanner.lost
+        assert not replanner.busy
+    finally:
+        replanner.close()
+
+
 class Answers:
     """The other process, without one: answers when it is told to."""
 
@@ -298,6 +319,13 @@ def test_before_a_block_it_asks_from_where_it_stands_and_gives_up_after_a_while(
         assert not asked.problem.start.velocity_mps.any()
         answered(answers)
         made.poll(executive, 31.0 + 10.0 * attempt, must_leave=True)
+    assert made.hopeless
+
+
+def test_before_a_block_without_a_solver_it_is_hopeless_at_once(cycle):
+    made, answers = cycle
+    assert not made.hopeless
+    answers.lost = "the replanning process ended with code 1"
     assert made.hopeless
 
 

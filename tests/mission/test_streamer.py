@@ -106,6 +106,33 @@ def test_a_flight_that_is_watched_goes_on(stream):
     assert wire.sent[-1][1].velocity_enu_mps[0] > 1.0
 
 
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_a_setpoint_that_cannot_be_sent_ends_the_stream_and_is_not_repeated():
+    def send(_):
+        raise ValueError("a setpoint needs finite numbers")
+
+    wire, clock = Wire(), FlightClock(time.monotonic())
+    streamer = Streamer(clock, 50.0, send, wire.stop, lambda *_: None)
+    try:
+        assert not streamer.failed
+        streamer.follow(course(clock))
+        until = time.monotonic() + 10.0
+        while not streamer.failed and time.monotonic() < until:
+            time.sleep(0.01)
+        assert streamer.failed
+        assert wire.stopped == 1
+    finally:
+        streamer.close()
+
+
+def test_a_stream_that_is_closed_has_not_failed():
+    wire = Wire()
+    streamer = Streamer(FlightClock(time.monotonic()), 50.0, wire.send, wire.stop, lambda *_: None)
+    streamer.close()
+    assert not streamer.failed
+    assert wire.stopped > 0
+
+
 def test_while_the_clock_waits_for_a_simulator_nothing_is_repeated_as_news():
     wire, clock = Wire(), FlightClock(time.monotonic(), 10.0)
     streamer = Streamer(clock, 20.0, wire.send, wire.stop, lambda *what: None)
