@@ -146,6 +146,7 @@ class Replanner:
         theirs.close()
         self._asked: Request | None = None
         self._asked_host_s = 0.0
+        self._asking: threading.Thread | None = None
         self._solve_times_s: list[float] = []
         self._warm = False
         self.lost = ""
@@ -176,7 +177,8 @@ class Replanner:
             raise ValueError("a replan is under way: poll until it is answered")
         self._asked, self._asked_host_s = request, time.monotonic()
         # A problem has megabytes, and the pipe takes them as fast as the other side reads.
-        threading.Thread(target=self._send, args=(request,), name="asking", daemon=True).start()
+        self._asking = threading.Thread(target=self._send, args=(request,), name="asking", daemon=True)
+        self._asking.start()
 
     def _send(self, request: Request) -> None:
         try:
@@ -204,6 +206,10 @@ class Replanner:
 
     def close(self) -> None:
         """End the process."""
+        if self._asking is not None and self._asking.is_alive():
+            # It waits for somebody to read what is asked; without anybody it gives up.
+            self._process.terminate()
+            self._asking.join(5.0)
         self._connection.close()
         self._process.join(0.5)
         if self._process.is_alive():
