@@ -1,0 +1,219 @@
+"""Stein variational gradient descent: our step against another library's, and the product against plain SVGD.
+
+python -m benchmarks.svgd
+
+Steps are compared at the same particles with the same gradient, the separable one. The time to reach plain SVGD's
+final metric starts with both from the same set, and counts what the product spends on seeds, where it uses them.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+
+import blackjax
+import jax
+import jax.numpy as jnp
+import numpy as np
+import optax
+
+from benchmarks.quality import CUBE, FLAT, problem_of
+from benchmarks.timing import interleaved_ms, machine
+from planner import stein, sves
+from planner.information import uniform
+from planner.polish import STEIN_STEPS, Particles, Round, explored, polished
+from planner.problem import Kernel, MetricWeights, Options, Problem
+from planner.scene import Scene, free_from_control, knots_for, scene_of
+from planner.seeds import seed_paths, spline_from_path
+from planner.solver import POLISH
+from planner.spectral_metric import SpectralMetric
+
+# Particles, samples, modes.
+SIZES = ((50, 100, (8, 8, 1)), (4, 50, (8, 8, 8)), (64, 100, (8, 8, 8)))
+STEPS_A_CALL = 20
+STEP_SIZE = 0.5
+REPEATS = 25
+
+PARTICLES, SAMPLES, SVGD_STEPS, SPREAD_UNIT = 20, 100, 500, 0.1
+RACES = 5
+STEPS_A_LOOK = 10
+
+
+def step_against_blackjax() -> None:
+    """Milliseconds a step of the whole set, and how far one step of each leads apart."""
+    print("\n| candidates | samples | modes | ours | blackjax.svgd | ratio | largest difference |")
+    print("|---|---|---|---|---|---|---|")
+    for particles, samples, modes in SIZES:
+        metric = SpectralMetric.of(uniform(CUBE).coefficients(modes), MetricWeights.LINEAR)
+        axes = 3 if modes[2] > 1 else 2
+        weight = jnp.full(samples, 1.0 / samples)
+        middle = jnp.full((samples, 3 - axes), 0.5)
+
+        def score(points: jax.Array, metric=metric, weight=weight, middle=middle) -> jax.Array:
+            def likelihood(points: jax.Array) -> jax.Array:
+                return -sves.INVERSE_TEMPERATURE * metric(jnp.concatenate([points, middle], axis=1), weight)
+
+            return jax.grad(likelihood)(points)
+
+        start = jax.random.uniform(jax.random.key(0), (particles, samples, axes))
+
+        def ours(points: jax.Array, steps: int = STEPS_A_CALL, score=score) -> jax.Array:
+            def body(points: jax.Array, _: None) -> tuple[jax.Array, None]:
+                return stein.sves_step(points, jax.vmap(score)(points), Kernel.RBF, STEP_SIZE), None
+
+            return jax.lax.scan(body, points, None, length=steps)[0]
+
+        library = blackjax.svgd(score, optax.sgd(STEP_SIZE))
+
+        def theirs(points: jax.Array, steps: int = STEPS_A_CALL, library=library) -> jax.Array:
+            # Its bandwidth of the first step would else be one.
+            first = blackjax.vi.svgd.update_median_heuristic(library.init(points, {"length_scale": jnp.float32(1.0)}))
+            return jax.lax.scan(lambda state, _: (library.step(state), None), first, None, length=steps)[0].particles
+
+        fast, other = jax.jit(ours, static_argnums=1), jax.jit(theirs, static_argnums=1)
+        moved = (fast(start, 1) - start, other(start, 1) - start)
+        apart = float(jnp.abs(moved[0] - moved[1]).max() / jnp.abs(moved[1]).max())
+        found = interleaved_ms(
+            {"ours": lambda f=fast, x=start: f(x), "theirs": lambda f=other, x=start: f(x)}, repeats=REPEATS
+        )
+        mine, its = (found[name] / STEPS_A_CALL for name in ("ours", "theirs"))
+        print(
+            f"| {particles} | {samples} | {'×'.join(str(k) for k in modes if k > 1)} | {mine:.3f} ms | {its:.3f} ms "
+            f"| {its / mine:.2f} | {apart:.0e} |",
+            flush=True,
+        )
+
+
+def plain_svgd(metric: SpectralMetric, start: jax.Array) -> jax.Array:
+    """RBF-SVGD on waypoints as SVES prints it, with the two corrections without which it has no use.
+
+    Smoothness is a mean over time (the sum makes a straight line the optimum), and what is outside the box is pushed
+    back (the basis mirrors at the walls).
+    """
+    samples = start.shape[1]
+    weight = jnp.full(samples, 1.0 / samples)
+
+    def loss(points: jax.Array) -> jax.Array:
+        outside = jnp.maximum(0.0, jnp.maximum(-points, points - 1.0))
+        smooth = jnp.mean(jnp.sum(jnp.diff(points, axis=0) ** 2, axis=-1))
+        return metric(points, weight) + sves.SMOOTHNESS_WEIGHT * smooth + jnp.mean(outside**2)
+
+    def body(points: jax.Array, _: None) -> tuple[jax.Array, None]:
+        score = -sves.INVERSE_TEMPERATURE * jax.vmap(jax.grad(loss))(points)
+        return stein.sves_step(points, score, Kernel.RBF, STEP_SIZE), None
+
+    return jax.lax.scan(body, start, None, length=SVGD_STEPS)[0]
+
+
+def line_with_noise(box_axes: int, seed: int) -> np.ndarray:
+    """SVES's start set: lines across the unit cube, and noise around them. Shape (particle, time, 3)."""
+    line = np.linspace(np.full(3, 0.1), np.full(3, 0.9), SAMPLES)
+    noise = np.random.default_rng(seed).normal(0.0, SPREAD_UNIT, (PARTICLES, SAMPLES, 3))
+    found = np.clip(line + noise, 0.0, 1.0)
+    found[:, :, box_axes:] = 0.5
+    return found
+
+
+@dataclasses.dataclass(frozen=True)
+class Race:
+    """One problem in which both start.
+
+    Attributes:
+        problem: What is explored.
+        options: Of the product.
+        scene: The same as arrays.
+        segments: Of a path.
+    """
+
+    problem: Problem
+    options: Options
+    scene: Scene
+    segments: int
+
+    @classmethod
+    def of(cls, deep: bool, length: float, seed: int) -> Race:
+        """Level ground in two or three dimensions, a hundred samples, paths at most so long."""
+        box, modes = (CUBE, (8, 8, 8)) if deep else (FLAT, (8, 8, 1))
+        problem = problem_of(box, uniform(box, (32, 32, 8)), length, np.full(3, 0.1) * box.lengths_m)
+        options = Options(candidates=PARTICLES, modes=modes, time_step_s=problem.duration_s / SAMPLES, seed=seed)
+        segments, per_segment = knots_for(problem, options)
+        return cls(problem, options, scene_of(problem, options, segments, per_segment), segments)
+
+    def set_along(self, paths_unit: np.ndarray) -> Particles:
+        """Free control points of given paths."""
+        return self._free(self.problem.workspace.enu_from_unit(paths_unit))
+
+    def seeded_set(self) -> Particles:
+        """The product's seeds."""
+        found = seed_paths(self.problem, PARTICLES, np.random.default_rng(self.options.seed))
+        return self._free(np.stack([seed.points_m for seed in found]))
+
+    def _free(self, paths_m: np.ndarray) -> Particles:
+        splines = np.stack([spline_from_path(path, self.problem, self.segments) for path in paths_m])
+        return np.clip(free_from_control(self.problem.workspace.unit_from_enu(splines)), 0.0, 1.0)
+
+
+def seconds_to(race: Race, particles: Particles, target: float, started_s: float, with_stein: bool) -> float:
+    """Seconds until the best of the set is at a metric; NaN: never."""
+    if with_stein:
+        particles = explored(race.scene, particles, race.options.kernel, race.options.seed)
+    reached: list[float] = []
+
+    def after_round(lowest: float) -> bool:
+        if lowest <= target:
+            reached.append(time.perf_counter() - started_s)
+        return not reached
+
+    # The product's own rounds, in pieces, so that the moment is seen.
+    pieces = [Round(one.penalty, STEPS_A_LOOK) for one in POLISH for _ in range(-(-one.steps // STEPS_A_LOOK))]
+    polished(race.scene, particles, pieces, after_round)
+    return reached[0] if reached else float("nan")
+
+
+def time_to_plain_svgd() -> None:
+    """Seconds of plain RBF-SVGD's 500 steps, and of the product until it is where those ended."""
+    print(
+        f"\nplain RBF-SVGD: {PARTICLES} candidates, {SVGD_STEPS} steps; medians of {RACES} start sets; in brackets the "
+        "share of plain SVGD's time\n"
+    )
+    print(
+        "| problem | length | E after plain SVGD | its time | product, same set | polish alone | product, its seeds |"
+    )
+    print("|---|---|---|---|---|---|---|")
+    for name, deep in (("square", False), ("cube", True)):
+        modes, axes = ((8, 8, 8), 3) if deep else ((8, 8, 1), 2)
+        metric = SpectralMetric.of(uniform(CUBE, (32, 32, 32)).coefficients(modes), MetricWeights.LINEAR)
+        compiled = jax.jit(lambda start, metric=metric: plain_svgd(metric, start))
+        rows = []
+        for seed in range(-1, RACES):
+            start = line_with_noise(axes, max(seed, 0))
+            started_s = time.perf_counter()
+            plain = np.asarray(compiled(jnp.asarray(start, jnp.float32)))
+            plain_s = time.perf_counter() - started_s
+            figures = [float(metric(jnp.clip(path, 0.0, 1.0), jnp.full(SAMPLES, 1.0 / SAMPLES))) for path in plain]
+            best = int(np.argmin(figures))
+            length = float(np.linalg.norm(np.diff(plain[best, :, :axes], axis=0), axis=1).sum())
+            race, target = Race.of(deep, length, max(seed, 0)), figures[best]
+            same = race.set_along(start)
+            same_s = seconds_to(race, same, target, time.perf_counter(), with_stein=True)
+            alone_s = seconds_to(race, same, target, time.perf_counter(), with_stein=False)
+            started_s = time.perf_counter()
+            seeds_s = seconds_to(race, race.seeded_set(), target, started_s, with_stein=True)
+            # The first run compiles.
+            if seed >= 0:
+                rows.append((target, length, plain_s, same_s, alone_s, seeds_s))
+        target, length, plain_s, *product_s = np.median(rows, axis=0)
+        cells = " | ".join(f"{spent_s:.2f} s ({spent_s / plain_s:.2f})" for spent_s in product_s)
+        print(f"| {name} | {length:.1f} | {target:.4f} | {plain_s:.2f} s | {cells} |", flush=True)
+
+
+def main() -> None:
+    """Print the tables."""
+    print(machine())
+    step_against_blackjax()
+    print(f"\nthe product's Stein phase is {STEIN_STEPS} steps")
+    time_to_plain_svgd()
+
+
+if __name__ == "__main__":
+    main()
