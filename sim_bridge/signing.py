@@ -57,10 +57,18 @@ class Signatures:
 
     Args:
         key: Both ends have the same.
-        now_10us: What the first signature counts up from (`time_10us`).
+        now_10us: What the first signature counts up from (`time_10us`); after that no clock is looked at, so that one
+            which jumps changes nothing.
+
+    Raises:
+        ValueError: A moment before signatures were invented: the computer's clock was never set.
     """
 
     def __init__(self, key: bytes, now_10us: int) -> None:
+        if now_10us <= 0:
+            raise ValueError(
+                "this computer's clock says a year before 2015: set it, or nothing that it signs is believed"
+            )
         self._key = key
         self._now_10us = now_10us
         self._newest_10us: dict[tuple[int, int, int], int] = {}

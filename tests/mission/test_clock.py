@@ -80,3 +80,23 @@ def test_a_reboot_leaves_the_flights_time_as_it_was():
     clock.hear(0.1, 3.4)
     assert clock.now(3.4) == pytest.approx(before + 0.1, abs=0.05)
     assert clock.of(0.1) == pytest.approx(before + 0.1, abs=0.05)
+
+
+@pytest.mark.parametrize("jump_s", [3600.0, -3600.0, 2.0**32 / 1000.0])
+def test_a_vehicles_clock_that_jumps_moves_neither_the_flight_nor_its_course(jump_s):
+    clock = FlightClock(0.0)
+    for step in range(100):
+        clock.hear(5000.0 + step * 0.033, step * 0.033)
+    before = clock.now(3.3)
+    for step in range(3):
+        clock.hear(5003.3 + jump_s + step * 0.033, 3.3 + step * 0.033)
+        assert clock.now(3.3 + step * 0.033) == pytest.approx(before + step * 0.033, abs=0.02)
+        assert clock.of(5003.3 + jump_s + step * 0.033) == pytest.approx(before + step * 0.033, abs=0.02)
+
+
+def test_this_computers_clock_may_be_set_in_the_air(monkeypatch):
+    clock = FlightClock(0.0)
+    clock.hear(5.0, 1.0)
+    monkeypatch.setattr("time.time", lambda: 0.0)
+    clock.hear(5.5, 1.5)
+    assert clock.now(1.6) == pytest.approx(1.6, abs=0.05)

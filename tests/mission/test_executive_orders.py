@@ -1,12 +1,8 @@
 """Commands: given when they are due, asked again, and refusals shown."""
 
-from mission.events import (
-    Operator,
-)
+from mission.events import Operator
 from mission.phases import Phase
-from sim_bridge.state import (
-    Command,
-)
+from sim_bridge.state import Command, FlightMode
 from tests.mission.rehearsed_flight import Flight
 
 
@@ -24,6 +20,30 @@ def test_arming_that_is_always_refused_aborts():
     flight.run()
     assert flight.phase is Phase.ABORTED
     assert Command.TAKE_OFF not in flight.vehicle.orders
+
+
+def test_a_take_off_that_does_not_reach_its_height_ends_in_a_landing():
+    flight = Flight().run_to(Phase.TAKING_OFF)
+    flight.run(lambda f: f.vehicle.mode is FlightMode.TAKEOFF)
+    flight.vehicle.target_up = 3.0
+    # It stays in its take-off below the height that was asked for, as one does whose motors are too weak.
+    flight.run(lambda f: f.vehicle.position[2] > 2.5)
+    flight.vehicle.mode = FlightMode.OTHER
+    flight.run_to(Phase.LANDING)
+    assert Command.FOLLOW_SETPOINTS not in flight.vehicle.orders
+    assert flight.run().phase is Phase.LANDED
+    assert not flight.executive.explored
+
+
+def test_a_take_off_that_is_refused_disarms_and_aborts():
+    flight = Flight()
+    flight.vehicle.refuse[Command.TAKE_OFF] = ["denied"] * 1000
+    flight.run_to(Phase.TAKING_OFF)
+    flight.run_for(10.0)
+    # Both autopilots disarm by themselves ten seconds after arming on the ground.
+    flight.vehicle.armed = False
+    assert flight.run().phase is Phase.ABORTED
+    assert not flight.setpoints
 
 
 def test_a_landing_that_is_refused_is_asked_for_again():

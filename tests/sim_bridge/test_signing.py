@@ -55,6 +55,24 @@ def test_a_signature_with_any_bit_changed_is_not_accepted(flip):
     assert Signatures(KEY, NOW_10US).fault(bytes(frame)) != ""
 
 
+def test_a_computer_whose_clock_was_never_set_is_told_to_set_it():
+    with pytest.raises(ValueError, match="clock says a year before 2015"):
+        Signatures(KEY, time_10us(0.0))
+
+
+def test_a_clock_that_is_years_behind_catches_up_with_what_it_hears():
+    ours, theirs = Signatures(KEY, time_10us(1.5e9)), Signatures(KEY, NOW_10US)
+    assert ours.fault(theirs.sign(packed(ping()))) == ""
+    assert theirs.fault(ours.sign(packed(ping()))) == ""
+
+
+def test_a_clock_that_jumps_changes_nothing_once_signing_has_begun(monkeypatch):
+    ours, theirs = Signatures(KEY, NOW_10US), Signatures(KEY, NOW_10US)
+    for moment_s in (1.9e9, 0.0, -1e9):
+        monkeypatch.setattr("time.time", lambda moment_s=moment_s: moment_s)
+        assert theirs.fault(ours.sign(packed(ping()))) == ""
+
+
 def test_an_unknown_message_does_not_leave_unsigned():
     frame = bytearray(packed(ping()))
     frame[7:10] = (999_999).to_bytes(3, "little")
