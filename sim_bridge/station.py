@@ -5,6 +5,7 @@ A simulator gives it wall time, a test gives it any.
 
 from __future__ import annotations
 
+import struct
 from collections.abc import Callable, Sequence
 
 from sim_bridge.autopilot import VehicleAutopilot
@@ -20,7 +21,8 @@ _SETPOINTS = (
 # Where x, vx and what comes behind begin and end in a setpoint's payload: behind it come mask and addresses, before it
 # is the sender's clock, which is another in every repetition.
 _CLOCK_BYTES = 4
-_VELOCITY = slice(16, 28)
+_VELOCITY = struct.Struct("<3f")
+_VELOCITY_BEGINS, _VELOCITY_ENDS = 16, 28
 Record = Callable[[float, bytes], None]
 """Takes a moment and a datagram."""
 
@@ -75,7 +77,7 @@ class Station:
             if message_id in _SETPOINTS:
                 # A sender's library may repeat the last setpoint by itself, which says nothing of its program. Where
                 # that setpoint stands still, a repetition is as good as new.
-                still = not any(payload[_VELOCITY])
+                still = not any(_VELOCITY.unpack_from(payload.ljust(_VELOCITY_ENDS, b"\0"), _VELOCITY_BEGINS))
                 news = news or still or payload[_CLOCK_BYTES:] != self._setpoint
                 self._setpoint = payload[_CLOCK_BYTES:]
         if news:

@@ -30,7 +30,6 @@ from sim_bridge.link_autopilot import Autopilot
 from sim_bridge.state import FlightMode
 
 MOMENTS = ("take-off", "follow", "replan", "return")
-SAFE_MODES = (FlightMode.HOLD, FlightMode.RETURN, FlightMode.LAND)
 
 Make = Callable[[float, random.Random], AnyFault]
 
@@ -56,6 +55,23 @@ FAULTS: dict[str, Make] = {
     "arming refused for 10 s": lambda at, _: ArmingRefused(begin_s=0.0, duration_s=13.0),
     "heartbeat frozen, 10 s": lambda at, _: HeartbeatFrozen(begin_s=at, duration_s=10.0),
 }
+
+TOLD: dict[str, tuple[str, ...]] = {
+    "link cut, 3 s": ("heard",),
+    "link cut, 30 s": ("heard",),
+    "link cut for good": ("never heard again",),
+    "autopilot reboot": ("restarted", "disarmed"),
+    "GPS loss, 15 s": ("ailsafe", "EKF", "position"),
+    "battery critical": ("charge", "attery"),
+    "pilot takes over": ("pilot",),
+    "pilot holds": ("pilot",),
+    "pilot returns": ("pilot",),
+    "arming refused for 10 s": ("did not arm",),
+    "heartbeat frozen, 10 s": ("heartbeat",),
+}
+"""Words of which the log has one after a fault that nobody may miss; the others may pass unnoticed."""
+NOTICED_S = 20.0
+"""A flight that ends sooner after its fault need not have noticed it."""
 
 
 def _aside(rng: random.Random, size: float) -> tuple[float, float, float]:
@@ -119,14 +135,13 @@ def fly_cell(cell: Cell) -> tuple[Cell, str, tuple[str, ...]]:
     by_pilot = cell.fault.startswith("pilot")
     if flown.ended not in (*FINAL, Phase.OVERRIDDEN):
         broken.append(f"ended in {flown.ended.value}")
-    if flown.armed and flown.mode not in SAFE_MODES and not by_pilot and not _out_of_reach(flown):
-        broken.append(f"left armed in {flown.mode.value} after {flown.phases[-1][2]}")
+    if flown.left and not by_pilot:
+        broken.append(f"{flown.left} after {flown.phases[-1][2]}")
+    words = TOLD.get(cell.fault, ())
+    told = [text for at, text in flown.said if at >= at_s] + [why for at, _, why in flown.phases if at >= at_s]
+    if words and flown.phases[-1][0] > at_s + NOTICED_S and not any(word in text for word in words for text in told):
+        broken.append("nothing in the log tells of it")
     return cell, _word(flown), tuple(broken)
-
-
-def _out_of_reach(flown: Rehearsed) -> bool:
-    """Whether it was never heard again: what it was last seen doing says nothing of what it does."""
-    return "never heard again" in flown.phases[-1][2]
 
 
 def _word(flown: Rehearsed) -> str:
@@ -136,6 +151,6 @@ def _word(flown: Rehearsed) -> str:
             return "landed by others"
         explored = any(why == "the exploration is done" for _, _, why in flown.phases)
         return "landed" if explored else "landed early"
-    if flown.ended is Phase.ABORTED and not flown.armed:
+    if flown.ended is Phase.ABORTED and "never heard again" not in flown.phases[-1][2]:
         return "not flown" if Phase.TAKING_OFF not in entered else "down"
     return {Phase.ABORTED: "lost", Phase.OVERRIDDEN: "taken over"}.get(flown.ended, flown.ended.value)

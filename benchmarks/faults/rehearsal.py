@@ -11,6 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.faults.virtual_link import VirtualLink
+from benchmarks.faults.witness import LATE_S, Witness
 from mission.belief import Belief
 from mission.clock import FlightClock
 from mission.course import Course
@@ -34,7 +35,7 @@ from mission.flight import energy_of, monitors_of
 from mission.ground import Ground
 from mission.loading import load
 from mission.mission_file import Mission
-from mission.phases import STREAMING, Phase
+from mission.phases import FINAL, STREAMING, Phase
 from mission.site import problem_from_mission
 from mission.ways import along
 from planner import gate
@@ -46,7 +47,7 @@ from sim_bridge.faults import AnyFault
 from sim_bridge.frames import geodetic_from_enu
 from sim_bridge.link_autopilot import Autopilot
 from sim_bridge.px4 import Px4
-from sim_bridge.state import FlightMode, GeodeticPoint, VehicleState
+from sim_bridge.state import GeodeticPoint, VehicleState
 from sim_bridge.station import Station
 
 MISSION = """
@@ -77,6 +78,12 @@ TICK_S = 0.01
 STREAM_S = 0.05
 LONGEST_S = 600.0
 WATCHED_S = 90.0
+ALONE_S = 400.0
+FENCE_TOLERANCE_M = 2.0
+BOX_TOLERANCE_M = 1.0
+ESTIMATE_TOLERANCE_M = 1.0
+STREAM_GAP_S = 0.25
+JUDGED_EVERY_S = 0.1
 REPLAN_EVERY_S = 6.0
 REPLAN_TAKES_S = 1.0
 REPLAN_LEAD_S = 2.0
@@ -104,8 +111,7 @@ class Rehearsed:
 
     Attributes:
         ended: In which phase the flight ended.
-        mode: What the vehicle did at the end.
-        armed: Whether its motors still ran.
+        left: What the vehicle was left doing, where that is neither to stand on the ground nor safe; empty otherwise.
         phases: Phases entered, with the moment and the reason.
         said: What was told, with the moment.
         faults: What went wrong with the flight itself; empty: nothing.
@@ -113,8 +119,7 @@ class Rehearsed:
     """
 
     ended: Phase
-    mode: FlightMode
-    armed: bool
+    left: str
     phases: tuple[tuple[float, Phase, str], ...]
     said: tuple[tuple[float, str], ...]
     faults: tuple[str, ...]
@@ -133,7 +138,8 @@ class Rehearsal:
     def __init__(self, autopilot: Autopilot, faults: Sequence[AnyFault] = (), seed: int = 0) -> None:
         asked, known = mission(), problem()
         origin = asked.site.origin.point()
-        self._link = VirtualLink(_station(autopilot, origin, faults, seed), autopilot, origin)
+        self._station, self.witness = _station(autopilot, origin, faults, seed)
+        self._link = VirtualLink(self._station, autopilot, origin)
         self._belief = Belief(known)
         energy = energy_of(asked, known)
         curve = along(CORNERS, known.limits)
@@ -157,8 +163,7 @@ class Rehearsal:
         self._replan_s: float | None = None
         self._planned: tuple[float, Trajectory] | None = None
         self._streamed_s = -1.0
-        self._closed_s: float | None = None
-        self._alone = False
+        self._judged_s = -1.0
         self.now_s = 0.0
         self.replans = 0
         self.phases: list[tuple[float, Phase, str]] = []
@@ -171,16 +176,16 @@ class Rehearsal:
         while not self._over() and self.now_s < LONGEST_S:
             self._step()
             watch(self)
-        state = self.executive.state
         if not self._over():
             self.broken.setdefault("end", f"still {self.executive.phase.value} after {LONGEST_S:.0f} s")
+        self._everything_told()
+        left = self.witness.left_alone(self._station, self.now_s, ALONE_S)
         return Rehearsed(
             self.executive.phase,
-            state.mode if state is not None else FlightMode.OTHER,
-            state is not None and state.armed,
+            left,
             tuple(self.phases),
             tuple(self.said),
-            tuple(self.broken.values()),
+            (*self.broken.values(), *self.witness.broken.values()),
             self.replans,
         )
 
@@ -210,6 +215,7 @@ class Rehearsal:
         if round(self.now_s / TICK_S) % 2 == 0:
             self._act(self.executive.tick(flight_s), flight_s)
             self._replan(flight_s)
+        self._judge_stream()
 
     def _act(self, actions, flight_s: float) -> None:
         for action in actions:
@@ -270,20 +276,50 @@ class Rehearsal:
     # What must never be.
 
     def _judge(self, state: VehicleState) -> None:
-        place = np.asarray(state.position_enu_m)
-        monitors = self.executive.monitors
-        if state.armed and monitors.fence_distance_m(place) < -2.0:
-            self.broken.setdefault("fence", f"outside the fence at {self.now_s:.1f} s")
-        if state.armed and monitors.clearance_m(place) < 0.0:
-            self.broken.setdefault("clearance", f"into an obstacle at {self.now_s:.1f} s")
-        taken = self.executive.phase in (Phase.OVERRIDDEN, Phase.LANDED, Phase.ABORTED)
-        if taken and self._course is not None:
-            self.broken.setdefault("stream", f"setpoints while {self.executive.phase.value}")
-        if self.executive.phase in STREAMING and self._course is None:
-            self.broken.setdefault("silence", f"no setpoints while {self.executive.phase.value}")
+        """Hold the flight against where the vehicle believes to be, and where it truly is while the two agree."""
+        if self.now_s - self._judged_s < JUDGED_EVERY_S:
+            return
+        self._judged_s = self.now_s
+        believed = np.asarray(state.position_enu_m)
+        places = {"": believed}
+        if self.witness.estimate_error_m < ESTIMATE_TOLERANCE_M:
+            places[", in truth"] = self.witness.place_enu_m()
+        monitors, workspace = self.executive.monitors, problem().workspace
+        for how, place in places.items():
+            if not self.witness.armed:
+                continue
+            if monitors.fence_distance_m(place) < -FENCE_TOLERANCE_M:
+                self.broken.setdefault("fence" + how, f"outside the fence at {self.now_s:.1f} s{how}")
+            if monitors.clearance_m(place) < 0.0:
+                self.broken.setdefault("clearance" + how, f"into an obstacle at {self.now_s:.1f} s{how}")
+            outside_m = float(np.maximum(workspace.box_min_m - place, place - workspace.box_max_m).max())
+            if self.executive.phase is Phase.FOLLOWING and outside_m > BOX_TOLERANCE_M:
+                self.broken.setdefault("box" + how, f"{outside_m:.1f} m outside the box at {self.now_s:.1f} s{how}")
+
+    def _judge_stream(self) -> None:
+        """Setpoints reach the wire while they fly the vehicle, and none does once they must not."""
+        phase = self.executive.phase
+        entered_s = self.phases[-1][0] if self.phases else 0.0
+        streaming = phase in STREAMING and self.now_s - entered_s > STREAM_GAP_S
+        if streaming and self.now_s - self._link.setpoint_s > STREAM_GAP_S:
+            self.broken.setdefault("silence", f"no setpoints while {phase.value} at {self.now_s:.1f} s")
+        ended = phase in (Phase.OVERRIDDEN, *FINAL)
+        if ended and self._link.setpoint_s > entered_s:
+            self.broken.setdefault("stream", f"a setpoint left while {phase.value} at {self.now_s:.1f} s")
+        if ended and self.witness.setpoint_s > entered_s + LATE_S:
+            self.broken.setdefault("late", f"a setpoint was heard while {phase.value} at {self.now_s:.1f} s")
+
+    def _everything_told(self) -> None:
+        """Whatever the vehicle said, the flight's log has it."""
+        told = {text for _, text in self.said}
+        missing = [text for _, text in self._link.texts if f"vehicle: {text}" not in told]
+        if missing:
+            self.broken.setdefault("told", f"not told: {missing[0]}")
 
 
-def _station(autopilot: Autopilot, origin: GeodeticPoint, faults: Sequence[AnyFault], seed: int) -> Station:
+def _station(
+    autopilot: Autopilot, origin: GeodeticPoint, faults: Sequence[AnyFault], seed: int
+) -> tuple[Station, Witness]:
     config = VehicleConfig(
         geodetic_from_enu(mission().home_enu_m, origin),
         ready_after_s=3.0,
@@ -292,4 +328,5 @@ def _station(autopilot: Autopilot, origin: GeodeticPoint, faults: Sequence[AnyFa
         seed=seed,
     )
     vehicle = Px4(config) if autopilot is Autopilot.PX4 else ArduCopter(config)
-    return Station(vehicle, seed=seed, faults=faults)
+    witness = Witness(vehicle, origin)
+    return Station(vehicle, seed=seed, faults=faults, record=witness.record), witness

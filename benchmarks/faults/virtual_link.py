@@ -68,7 +68,6 @@ class VirtualLink:
 
     def __init__(self, station: Station, autopilot: Autopilot, origin: GeodeticPoint) -> None:
         self.autopilot = autopilot
-        self.setpoints: list[tuple[float, Setpoint]] = []
         self.texts: list[tuple[float, str]] = []
         self._station = station
         self._frame = VehicleFrame(origin)
@@ -78,7 +77,8 @@ class VirtualLink:
         self._talk: list[_Conversation] = []
         self._heard: list[Heard | CommandDone] = []
         self._stream: Setpoint | None = None
-        self._streamed_s = -math.inf
+        self.setpoint_s = -math.inf
+        """When the last setpoint left."""
         self._heartbeat_s = -math.inf
         self._waits = True
         self._asked_streams_s = -math.inf
@@ -91,7 +91,6 @@ class VirtualLink:
         """Send a setpoint now, and again until the next one."""
         self._stream = setpoint
         self._send_setpoint(now_s)
-        self.setpoints.append((now_s, setpoint))
 
     def close_stream(self) -> None:
         """Let no setpoint out any more."""
@@ -102,7 +101,7 @@ class VirtualLink:
         if now_s - self._heartbeat_s >= HEARTBEAT_S:
             self._heartbeat_s = now_s
             self._send(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3), now_s)
-        if self._stream is not None and now_s - self._streamed_s >= REPEAT_S:
+        if self._stream is not None and now_s - self.setpoint_s >= REPEAT_S:
             self._send_setpoint(now_s)
         if self._waits and not self._talk and now_s - self._asked_streams_s > ASK_AGAIN_S:
             self._ask_for_streams(now_s)
@@ -206,7 +205,7 @@ class VirtualLink:
         origin = self._telemetry.origin
         if self._stream is None or origin is None:
             return
-        self._streamed_s = now_s
+        self.setpoint_s = now_s
         position, velocity, acceleration, yaw_deg = self._frame.setpoint_ned(self._stream, self.autopilot, origin)
         message = mavlink.MAVLink_set_position_target_local_ned_message(
             int(now_s * 1e3), 1, 1, 1, 2048, *position, *velocity, *acceleration, math.radians(yaw_deg), 0.0

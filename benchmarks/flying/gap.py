@@ -35,8 +35,8 @@ ON_THE_WAY_S = 90.0
 INTERRUPTED_S = 5.0
 """A pause longer than this is the end of one stream and the beginning of another."""
 _STAMP = struct.Struct(">Q")
-_CLOCK_BYTES = 4
-_VELOCITY = slice(12, 24)
+_CLOCK_BYTES, _VELOCITY_BEGINS = 4, 12
+_VELOCITY = struct.Struct("<3f")
 
 
 def setpoints_heard(path: Path) -> Iterator[tuple[float, bytes]]:
@@ -107,7 +107,10 @@ def main() -> None:
     arrived_s = np.array([moment for moment, _ in heard])
     # A setpoint that stands still is as good as new each time it is repeated.
     new = [True]
-    new += [after[1] != before[1] or not any(after[1][_VELOCITY]) for before, after in itertools.pairwise(heard)]
+    new += [
+        after[1] != before[1] or not any(_VELOCITY.unpack_from(after[1], _VELOCITY_BEGINS))
+        for before, after in itertools.pairwise(heard)
+    ]
     print(f"{machine()}; search, {summary['flown_s'] / 60.0:.1f} minutes in the air in real time, one process flying,")
     print(f"one solving ({summary['replans_taken']} of {summary['replans_asked']} replans taken), one vehicle\n")
     print("| setpoints | gaps | median | p99 | p99.9 | longest | over 100 ms |")

@@ -29,7 +29,7 @@ from planner.spectral_metric import mode_weights
 
 MOMENTS = 10
 UNDISTURBED = 3
-SPEED = "10"
+SPEED = "5"
 CHANGES = ("planner.duration_s=120",)
 CELL_M = 10.0
 _LOOK_HOST_S = 0.02
