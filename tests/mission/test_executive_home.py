@@ -1,6 +1,10 @@
 """What sends a flight home: charge and fence."""
 
+import pytest
+
+from mission.events import FlightMethod, Operator
 from mission.phases import Phase
+from sim_bridge.state import FlightMode
 from tests.mission.rehearsed_flight import Flight
 
 
@@ -34,3 +38,55 @@ def test_outside_the_fence_it_turns_back():
     flight.run_for(0.1)
     assert flight.phase is Phase.TURNING_BACK
     assert flight.run().phase is Phase.LANDED
+
+
+def fly_low_on_charge(flight):
+    flight.vehicle.battery = 0.1
+
+
+def fly_outside(flight):
+    flight.fence_east_m = float(flight.vehicle.position[0]) - 2.0
+
+
+def fly_too_close(flight):
+    flight.obstacle = flight.vehicle.position.copy()
+
+
+@pytest.mark.parametrize("alarm", [fly_low_on_charge, fly_outside, fly_too_close])
+def test_a_mission_that_the_vehicle_flies_by_itself_is_watched_and_called_off(alarm):
+    flight = Flight(method=FlightMethod.MISSION)
+    flight.last_item = 3
+    flight.run_to(Phase.AUTO_MISSION).run_for(5.0)
+    alarm(flight)
+    flight.run_for(0.2)
+    assert flight.phase is Phase.VEHICLE_RETURN
+    flight.run_for(0.2)
+    assert flight.vehicle.mode is FlightMode.RETURN
+    flight.obstacle, flight.fence_east_m = None, 1000.0
+    assert flight.run().phase is Phase.LANDED
+
+
+def test_a_climb_that_drifts_out_of_the_fence_lands():
+    flight = Flight().run_to(Phase.TAKING_OFF).run_for(2.0)
+    flight.fence_east_m = -5.0
+    flight.run_for(0.2)
+    assert flight.phase is Phase.LANDING
+
+
+@pytest.mark.parametrize("alarm", [fly_low_on_charge, fly_outside])
+def test_what_alarms_before_setpoints_are_taken_has_them_taken_to_fly_home(alarm):
+    flight = Flight().run_to(Phase.ENTERING)
+    alarm(flight)
+    flight.run_for(0.2)
+    assert flight.phase is Phase.TAKING_BACK
+    flight.fence_east_m = 1000.0
+    assert flight.run().phase is Phase.LANDED
+    assert Phase.RETURNING in flight.phases
+
+
+def test_a_vehicle_that_never_told_its_home_returns_by_itself():
+    flight = Flight().exploring()
+    flight.executive._vehicle.home_m = None
+    flight.tell(Operator.RETURN)
+    assert flight.phase is Phase.VEHICLE_RETURN
+    assert any("has not told where its home is" in text for text in flight.said)

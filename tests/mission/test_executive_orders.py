@@ -1,6 +1,9 @@
 """Commands: given when they are due, asked again, and refusals shown."""
 
+import pytest
+
 from mission.events import Operator
+from mission.flight_loop import FlightLoop
 from mission.phases import Phase
 from sim_bridge.state import Command, FlightMode
 from tests.mission.rehearsed_flight import Flight
@@ -62,3 +65,67 @@ def test_setpoints_go_on_until_the_landing_is_taken_and_not_one_step_longer():
     assert flight.course is not None
     flight.run_for(2.0)
     assert flight.course is None
+
+
+def test_a_vehicle_that_does_not_take_setpoints_lands_where_it_is():
+    flight = Flight()
+    flight.vehicle.refuse[Command.FOLLOW_SETPOINTS] = ["temporarily rejected"] * 1000
+    flight.run_to(Phase.LANDING)
+    assert flight.vehicle.orders.count(Command.FOLLOW_SETPOINTS) > 3
+    assert flight.run().phase is Phase.LANDED
+
+
+def test_a_return_that_is_refused_becomes_a_landing():
+    flight = Flight().exploring()
+    flight.no_way = "walled in"
+    flight.vehicle.refuse[Command.RETURN] = ["denied"] * 1000
+    flight.tell(Operator.RETURN)
+    flight.run()
+    assert flight.phases[-3:] == [Phase.VEHICLE_RETURN, Phase.LANDING, Phase.LANDED]
+
+
+@pytest.mark.parametrize("wish", [Operator.RETURN, Operator.LAND, Operator.LEAVE])
+@pytest.mark.parametrize("phase", [Phase.WAITING_READY, Phase.CHECKING, Phase.ARMING])
+def test_the_operator_stops_it_before_take_off(phase, wish):
+    flight = Flight()
+    flight.vehicle.refuse[Command.ARM] = ["denied"] * 1000
+    flight.run(lambda f: f.phase is phase)
+    flight.tell(wish)
+    assert flight.run().phase is Phase.ABORTED
+    assert not flight.vehicle.armed
+    assert not flight.setpoints
+
+
+def test_motors_that_stop_in_the_air_end_the_flight_and_the_stream():
+    flight = Flight().exploring()
+    flight.vehicle.armed = False
+    flight.run_for(0.1)
+    assert flight.phase is Phase.ABORTED
+    assert flight.course is None
+    assert "disarmed" in flight.executive.why
+
+
+def test_ctrl_c_calls_back_then_lands_then_leaves():
+    flight = Flight().exploring()
+    loop = FlightLoop(*(flight.executive, *[None] * 8))
+    wishes = []
+    loop.tell = wishes.append
+    for _ in range(3):
+        loop.interrupt()
+    assert wishes == [Operator.RETURN, Operator.LAND, Operator.LEAVE]
+
+
+@pytest.mark.parametrize("phase", [Phase.OVERRIDDEN, Phase.LANDING])
+def test_where_somebody_else_has_the_vehicle_ctrl_c_leaves_it_to_them(phase):
+    flight = Flight().exploring()
+    if phase is Phase.LANDING:
+        flight.tell(Operator.LAND)
+    else:
+        flight.vehicle.set_mode(FlightMode.PILOT, flight.now_s)
+        flight.run_to(Phase.OVERRIDDEN)
+    orders = len(flight.vehicle.orders)
+    loop = FlightLoop(*(flight.executive, *[None] * 8))
+    loop.tell = flight.tell
+    loop.interrupt()
+    assert flight.phase is Phase.ABORTED
+    assert len(flight.vehicle.orders) == orders
