@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from mission.candidates import RankedCandidate, candidates_as_json
 from mission.exports import Format, exported
 from mission.fence import autopilot_fence, planned_fence
 from mission.mission_file.obstacle import Box, Cylinder, NoFly, Prism
@@ -167,12 +168,13 @@ def finite(value: float) -> float | None:
     return float(value) if math.isfinite(value) else None
 
 
-def write_outputs(planned: Planned, folder: Path) -> list[Path]:
-    """Writes the plan, its exports and its picture; of a plan with nothing to fly, the picture alone.
+def write_outputs(planned: Planned, folder: Path, rows: list[RankedCandidate] | None = None) -> list[Path]:
+    """Writes the plan, its exports and its pictures; of a plan with nothing to fly, the pictures alone.
 
     Args:
         planned: The plan.
         folder: Where to; it is made where it is not there.
+        rows: The candidates side by side, which are drawn too; None: they are not.
 
     Returns:
         The files written.
@@ -183,22 +185,34 @@ def write_outputs(planned: Planned, folder: Path) -> list[Path]:
     from mission.picture import draw_plan
 
     folder.mkdir(parents=True, exist_ok=True)
-    picture = folder / "plan.png"
-    draw_plan(planned, picture)
+    pictures = [folder / "plan.png"]
+    draw_plan(planned, pictures[0])
+    if rows is not None:
+        from mission.candidates_picture import draw_candidates
+
+        pictures.append(folder / "candidates.png")
+        draw_candidates(planned, rows, pictures[-1])
     if planned.plan.selected is None:
-        return [picture]
+        return pictures
     plan = plan_file_of(planned)
     written = [folder / "plan.json"]
     write_plan_file(plan, written[0])
     for format in Format:
         written.append(folder / f"plan{format.suffix}")
         written[-1].write_text(exported(plan, format), encoding="utf-8")
-    return [*written, picture]
+    return [*written, *pictures]
 
 
-def summary_of(planned: Planned, files: list[Path]) -> dict[str, Any]:
-    """The one JSON object of `mission plan --json`; figures of the selected path are null where there is none."""
+def summary_of(planned: Planned, files: list[Path], rows: list[RankedCandidate] | None = None) -> dict[str, Any]:
+    """The one JSON object of `mission plan --json`; figures of the selected path are null where there is none.
+
+    Args:
+        planned: The plan.
+        files: What was written.
+        rows: The candidates side by side, which makes their rows longer; None: only what each is by itself.
+    """
     plan = planned.plan
+    compared = [{}] * len(plan.candidates) if rows is None else candidates_as_json(rows)
     best = plan.best if plan.selected is not None else None
     report = best.report if best is not None else None
     return {
@@ -224,8 +238,9 @@ def summary_of(planned: Planned, files: list[Path]) -> dict[str, Any]:
                 "min_clearance_m": finite(candidate.report.min_clearance_m),
                 "max_speed_mps": finite(candidate.report.max_speed_mps),
                 "violations": [violation.text for violation in candidate.report.violations],
+                **beside,
             }
-            for candidate in plan.candidates
+            for candidate, beside in zip(plan.candidates, compared, strict=True)
         ],
         "diversity": {
             "determinant": plan.diversity.determinant,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -11,6 +12,7 @@ from mission.console import Exit, JsonOption, MissionArgument, SetOption, emit, 
 from mission.findings import Finding, InputError
 
 if TYPE_CHECKING:
+    from mission.candidates import RankedCandidate
     from mission.planning import Planned
 
 WIDE = 160
@@ -24,7 +26,9 @@ def plan(
         typer.Option("--out", metavar="DIR", help="Where to write; absent: a folder `plans/NAME` here."),
     ] = None,
     seed: Annotated[int | None, typer.Option("--seed", metavar="N", help="Overrides planner.seed.")] = None,
-    show_candidates: Annotated[bool, typer.Option("--candidates", help="Print a row for each candidate.")] = False,
+    show_candidates: Annotated[
+        bool, typer.Option("--candidates", help="Compare all candidates in a table, and draw them (candidates.png).")
+    ] = False,
     overrides: SetOption = None,
     as_json: JsonOption = False,
 ) -> None:
@@ -45,23 +49,28 @@ def plan(
         from mission.planning import plan as solve_mission
 
         planned = solve_mission(mission, progress=progress.update)
+    rows = None
+    if show_candidates:
+        from mission.candidates import ranked_candidates
+
+        rows = ranked_candidates(planned)
     try:
-        files = write_outputs(planned, folder)
+        files = write_outputs(planned, folder, rows)
     except OSError as error:
         finding = Finding("--out", str(folder), f"cannot be written: {error.strerror or error}")
         raise refuse(InputError(str(folder), [finding]), as_json) from error
-    _report(planned, files, show_candidates)
+    if rows is not None:
+        _print_candidates(rows, planned.plan.selected)
+    _report(planned, files)
     if as_json:
-        emit(summary_of(planned, files))
+        emit(summary_of(planned, files, rows))
     if planned.plan.selected is None:
         raise typer.Exit(Exit.COULD_NOT)
 
 
-def _report(planned: Planned, files: list[Path], show_candidates: bool) -> None:
+def _report(planned: Planned, files: list[Path]) -> None:
     """What came out, for the person."""
     found = planned.plan
-    if show_candidates:
-        _print_candidates(planned)
     if found.selected is None:
         say(f"nothing to fly: {found.status.value}. What the gate found, candidate by candidate:")
         for index, candidate in enumerate(found.candidates):
@@ -83,24 +92,35 @@ def _report(planned: Planned, files: list[Path], show_candidates: bool) -> None:
     say(f"solved in {planned.solve_s:.1f} s; wrote {', '.join(str(file) for file in files)}")
 
 
-def _print_candidates(planned: Planned) -> None:
+def _print_candidates(rows: list[RankedCandidate], selected: int | None) -> None:
+    """A row a candidate, best first; the selected one is marked."""
     from rich.console import Console
     from rich.table import Table
 
     table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("", "grown from", "ergodic metric", "length [m]", "clearance [m]", "gate"):
-        table.add_column(heading, justify="left" if heading in ("grown from", "gate") else "right")
-    for index, candidate in enumerate(planned.plan.candidates):
-        report = candidate.report
+    for heading in ("", "candidate", "grown from", "E", "E / lawnmower's", "length [m]", "clearance [m]"):
+        table.add_column(heading, justify="left" if heading == "grown from" else "right")
+    table.add_column("to selected [m]", justify="right")
+    table.add_column("gate")
+    for row in rows:
+        report = row.candidate.report
         table.add_row(
-            f"→ {index}" if index == planned.plan.selected else str(index),
-            candidate.seed_pattern,
-            f"{candidate.ergodic_metric:.4g}",
+            f"→ {row.rank}" if row.index == selected else str(row.rank),
+            str(row.index),
+            row.candidate.seed_pattern,
+            f"{row.candidate.ergodic_metric:.4g}",
+            _shown(row.over_lawnmower, ".2f"),
             f"{report.length_m:.1f}",
-            f"{report.min_clearance_m:.2f}",
-            "passed" if candidate.feasible else report.violations[0].text,
+            _shown(report.min_clearance_m, ".2f"),
+            _shown(row.distance_to_selected_m, ".4g"),
+            row.verdict,
         )
     console = Console(stderr=True, highlight=False)
     if not console.is_terminal:
         console.width = WIDE
     console.print(table)
+
+
+def _shown(value: float, format: str) -> str:
+    """A number, or a dash where there is none."""
+    return f"{value:{format}}" if math.isfinite(value) else "–"

@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 import shapely
+from scipy.interpolate import BSpline
 
 TIMES_FINER = 20
 # Between two samples the flown spline may have a knot, which a quintic rounds off.
@@ -26,6 +27,7 @@ SPEED_TOLERANCE = 1e-3
 ACCELERATION_TOLERANCE = 0.05
 SAMPLE_TOLERANCE = 1e-6
 ANGLE_TOLERANCE = 1e-6
+SPLINE_TOLERANCE = 1e-6
 
 
 @dataclasses.dataclass(frozen=True)
@@ -64,6 +66,7 @@ def check(plan: dict[str, Any], times_finer: int = TIMES_FINER) -> Confirmed:
         *_stays_inside(plan, fine_position),
         *_begins_and_ends(plan, time, position, velocity),
         *_turns(plan, time, yaw),
+        *_follows_its_spline(plan, time, position, velocity, acceleration),
     ]
     return Confirmed(tuple(faults), float(clearance.min(initial=np.inf)), float(speed.max()), float(force.max()))
 
@@ -213,6 +216,24 @@ def _turns(plan: dict[str, Any], time: np.ndarray, yaw: np.ndarray) -> Iterator[
     rate = np.abs(np.diff(yaw)) / np.diff(time)
     if rate.max() > plan["limits"]["max_yaw_rate_radps"] * (1.0 + ANGLE_TOLERANCE):
         yield f"turns at {rate.max():.4f} rad/s, limit {plan['limits']['max_yaw_rate_radps']}"
+
+
+def _follows_its_spline(
+    plan: dict[str, Any], time: np.ndarray, x: np.ndarray, v: np.ndarray, a: np.ndarray
+) -> Iterator[str]:
+    """What is streamed and the curve in the file must be the same; scipy evaluates it."""
+    if "spline" not in plan:
+        return
+    spline = plan["spline"]
+    points, interval = np.array(spline["control_points_enu_m"]), spline["knot_interval_s"]
+    knots = spline["start_s"] + (np.arange(len(points) + 4) - 3.0) * interval
+    curve = BSpline(knots, points, 3)
+    # The last moment belongs to the last piece.
+    inside = np.clip(time, knots[3], np.nextafter(knots[-4], -np.inf))
+    for order, (what, sampled) in enumerate((("positions", x), ("velocities", v), ("accelerations", a))):
+        gap = np.abs(curve(inside, order) - sampled).max()
+        if gap > SPLINE_TOLERANCE:
+            yield f"{what} are up to {gap:.4g} off the spline in the file"
 
 
 def main(arguments: list[str]) -> int:

@@ -56,6 +56,11 @@ def proven() -> tuple[dict, float]:
             "acceleration_enu_mps2": samples.acceleration_mps2.tolist(),
             "yaw_enu_rad": yaw.tolist(),
         },
+        "spline": {
+            "control_points_enu_m": curve.control_points_m.tolist(),
+            "knot_interval_s": curve.knot_interval_s,
+            "start_s": curve.start_s,
+        },
         "limits": {
             **vehicle,
             "clearance_margin_m": 1.0,
@@ -123,6 +128,11 @@ def stretched(plan: dict) -> None:
         moved(plan, key, lambda x: x * 1.1)
 
 
+def bent(plan: dict) -> None:
+    """Another spline in the file than the one that is streamed."""
+    plan["spline"]["control_points_enu_m"][200][1] += 0.01
+
+
 def cut_short(plan: dict) -> None:
     for key in plan["trajectory"]:
         plan["trajectory"][key] = plan["trajectory"][key][: -len(plan["trajectory"][key]) // 10]
@@ -173,6 +183,7 @@ def set_in(plan: dict, *path: str, value: object) -> None:
         (lost, "not finite"),
         (cut_short, "ends"),
         (spun, "turns at"),
+        (bent, "off the spline in the file"),
         (with_a_needle_on_the_path, "clearance"),
         (lambda plan: set_in(plan, "problem", "mission", "flight", "clearance_margin_m", value=9.0), "clearance"),
         (lambda plan: set_in(plan, "problem", "mission", "vehicle", "radius_m", value=8.0), "clearance"),
