@@ -18,7 +18,9 @@ from sim_bridge.ardupilot_defaults import (
 from sim_bridge.ardupilot_guided import AutopilotCrash, Submode
 from sim_bridge.ardupilot_modes import Mode
 from sim_bridge.ardupilot_plans import ARDUPILOT_MANNERS
+from sim_bridge.autopilot import switched_to
 from sim_bridge.body import Body, VehicleConfig
+from sim_bridge.boot_clock import BootClock
 from sim_bridge.codec import Message, mavlink
 from sim_bridge.kinematics import SpeedLimits
 from sim_bridge.link_autopilot import Autopilot
@@ -70,6 +72,7 @@ class ArduCopter:
         self._parameters.change({"SYSID_THISMAV": config.system, **dict(config.parameters)})
         self._storage = PlanStorage(ARDUPILOT_MANNERS)
         self.services = Services(self._parameters, self._storage, Streams(HEARTBEAT_HZ), _RATES_HZ)
+        self._clock = BootClock()
         self.refusal = ""
         self._crashed = False
         self._start(0.0)
@@ -77,8 +80,7 @@ class ArduCopter:
     def _start(self, boot_s: float) -> None:
         """What every boot begins with."""
         wanted_s = self.body.config.ready_after_s
-        self._boot_s = boot_s
-        self._now_s = 0.0
+        self._clock.boot(boot_s)
         self._commander = Commander(self.body, self.services, READY_AFTER_S if wanted_s is None else wanted_s)
         self._navigator = self._commander.navigator
         self._reached: int | None = None
@@ -96,7 +98,7 @@ class ArduCopter:
                 return self._ordered(order) if target in (0, own) else []
             case mavlink.MAVLink_heartbeat_message():
                 if message.get_srcSystem() == int(self._parameters["SYSID_MYGCS"]):
-                    self._commander.ground_station_s = self._now_s
+                    self._commander.ground_station_s = self._clock.now_s
                 return []
             case _ if isinstance(message, _SETPOINTS):
                 return self._setpoint(message) if target in (0, own) else []
@@ -111,7 +113,7 @@ class ArduCopter:
             case _:
                 if isinstance(message, mavlink.MAVLink_mission_request_list_message) and self._storage.mission:
                     self._storage.mission[0] = self._home_item()
-                replies = self.services.receive(message, self._now_s, own)
+                replies = self.services.receive(message, self._clock.now_s, own)
                 if self._parameters.changes != self._applied:
                     self._apply_parameters()
                 for kind in self._storage.changed():
@@ -128,8 +130,8 @@ class ArduCopter:
         if self.body.armed:
             target = self._navigator.target(self._commander.mode, self._storage.mission)
         self.body.advance(now_s, target)
-        told += self._storage.tick(self._now_s) + self._reached_item()
-        for message_id in self.services.streams.due(self._now_s):
+        told += self._storage.tick(self._clock.now_s) + self._reached_item()
+        for message_id in self.services.streams.due(self._clock.now_s):
             message = self._message(message_id)
             if message is not None:
                 told.append(message)
@@ -152,23 +154,20 @@ class ArduCopter:
 
     def pilot_switches(self, mode: FlightMode) -> list[Message]:
         """A pilot takes the transmitter, sticks centred, and chooses a mode."""
-        if mode not in _PILOT_MODES:
-            known = ", ".join(one.value for one in _PILOT_MODES)
-            raise ValueError(f"a pilot cannot switch ArduPilot to {mode.value}: write {known}")
         self._navigator.sticks = self._navigator.may_start = True
-        return self._commander.change_mode(_PILOT_MODES[mode])[1]
+        return self._commander.change_mode(switched_to(_PILOT_MODES, mode, "ArduPilot"))[1]
 
     def _at(self, now_s: float) -> bool:
         """Set the clock; whether the autopilot runs."""
-        self._now_s = now_s - self._boot_s
-        self._commander.now_s = self._now_s
+        runs = self._clock.set(now_s)
+        self._commander.now_s = self._clock.now_s
         self._commander.refusal = self.refusal
-        return self._now_s >= 0.0 and not self._crashed
+        return runs and not self._crashed
 
     # Orders.
 
     def _ordered(self, order: Order) -> list[Message]:
-        result, more = self.services.carry_out(order, self._now_s, self._message) or self._carry_out(order)
+        result, more = self.services.carry_out(order, self._clock.now_s, self._message) or self._carry_out(order)
         return [order.ack(result), *more]
 
     def _carry_out(self, order: Order) -> Reply:
@@ -217,7 +216,7 @@ class ArduCopter:
             case mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN:
                 if self.body.armed:
                     return _FAILED, []
-                self.reboot(self._boot_s + self._now_s, _REBOOT_S, recovers_in_air=False)
+                self.reboot(self._clock.world_s, _REBOOT_S, recovers_in_air=False)
                 return _ACCEPTED, []
             case _:
                 return _UNSUPPORTED, []
@@ -273,7 +272,7 @@ class ArduCopter:
         interval_us = 1e6 / message.req_message_rate if message.start_stop and message.req_message_rate else -1.0
         groups = STREAMS.values() if message.req_stream_id == 0 else [STREAMS.get(message.req_stream_id, ())]
         for message_id in (each for group in groups for each in group):
-            self.services.streams.set_interval(message_id, interval_us, 0.0, self._now_s)
+            self.services.streams.set_interval(message_id, interval_us, 0.0, self._clock.now_s)
 
     def _setpoint(self, message: Message) -> list[Message]:
         if self._commander.mode is not Mode.GUIDED:
@@ -333,7 +332,9 @@ class ArduCopter:
             case _ if message_id in TELEMETRY:
                 asked = self._navigator.guided.asked if self._commander.mode is Mode.GUIDED else None
                 ready = self._commander.fault() is None
-                return body_message(message_id, self.body, Standing(self._now_s, ready, self._landed_state(), asked))
+                return body_message(
+                    message_id, self.body, Standing(self._clock.now_s, ready, self._landed_state(), asked)
+                )
             case _:
                 return None
 

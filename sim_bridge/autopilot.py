@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Mapping
+from typing import Protocol, TypeVar
 
 from sim_bridge.body import Body
 from sim_bridge.codec import Message
 from sim_bridge.services import Services
 from sim_bridge.state import FlightMode
+
+Mode = TypeVar("Mode")
 
 
 class VehicleAutopilot(Protocol):
@@ -55,3 +58,15 @@ class VehicleAutopilot(Protocol):
             ValueError: The autopilot has no such mode.
         """
         ...
+
+
+def switched_to(modes: Mapping[FlightMode, Mode], wanted: FlightMode, autopilot: str) -> Mode:
+    """The mode that a position of a pilot's switch stands for.
+
+    Raises:
+        ValueError: The autopilot has no such mode.
+    """
+    if wanted not in modes:
+        known = ", ".join(one.value for one in modes)
+        raise ValueError(f"a pilot cannot switch {autopilot} to {wanted.value}: write {known}")
+    return modes[wanted]

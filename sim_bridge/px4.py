@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import math
 
+from sim_bridge.autopilot import switched_to
 from sim_bridge.body import Body, VehicleConfig
+from sim_bridge.boot_clock import BootClock
 from sim_bridge.codec import Message, mavlink
 from sim_bridge.kinematics import SpeedLimits
 from sim_bridge.link_autopilot import Autopilot
@@ -52,14 +54,14 @@ class Px4:
         self._parameters.change({"MAV_SYS_ID": config.system, **dict(config.parameters)})
         self._storage = PlanStorage(PX4_MANNERS)
         self.services = Services(self._parameters, self._storage, Streams(RATES_HZ), RATES_HZ)
+        self._clock = BootClock()
         self.refusal = ""
         self._start(0.0)
 
     def _start(self, boot_s: float) -> None:
         """What every boot begins with."""
         wanted_s = self.body.config.ready_after_s
-        self._boot_s = boot_s
-        self._now_s = 0.0
+        self._clock.boot(boot_s)
         self._stream = Stream()
         self._navigator = Navigator(self.body, self._parameters)
         self._commander = Commander(
@@ -85,7 +87,7 @@ class Px4:
         match message:
             case mavlink.MAVLink_heartbeat_message():
                 if message.type == mavlink.MAV_TYPE_GCS:
-                    self._commander.ground_station_s = self._now_s
+                    self._commander.ground_station_s = self._clock.now_s
                 return []
             case _ if isinstance(message, SETPOINTS):
                 return self._setpoint(message) if target in (0, own) else []
@@ -95,7 +97,7 @@ class Px4:
             case mavlink.MAVLink_mission_set_current_message():
                 return self._set_current(message.seq) if target == own else []
             case _:
-                replies = self.services.receive(message, self._now_s, own)
+                replies = self.services.receive(message, self._clock.now_s, own)
                 if self._parameters.changes != self._applied:
                     self._apply_parameters()
                 return replies + self._plans_changed()
@@ -110,8 +112,8 @@ class Px4:
         if self.body.armed:
             target = self._navigator.target(self._commander.flown, self._storage.mission, self._stream.target)
         self.body.advance(now_s, target)
-        told += self._commander.settle() + self._storage.tick(self._now_s) + self._reached_item()
-        for message_id in self.services.streams.due(self._now_s):
+        told += self._commander.settle() + self._storage.tick(self._clock.now_s) + self._reached_item()
+        for message_id in self.services.streams.due(self._clock.now_s):
             message = self._message(message_id)
             if message is not None:
                 told.append(message)
@@ -133,18 +135,15 @@ class Px4:
 
     def pilot_switches(self, mode: FlightMode) -> list[Message]:
         """A pilot takes the transmitter, sticks centred, and chooses a mode."""
-        if mode not in _PILOT_MODES:
-            known = ", ".join(one.value for one in _PILOT_MODES)
-            raise ValueError(f"a pilot cannot switch PX4 to {mode.value}: write {known}")
         self._navigator.sticks = True
-        return self._commander.change_mode(_PILOT_MODES[mode])[1]
+        return self._commander.change_mode(switched_to(_PILOT_MODES, mode, "PX4"))[1]
 
     def _at(self, now_s: float) -> bool:
         """Set the clock; whether the autopilot runs."""
-        self._now_s = now_s - self._boot_s
-        self._commander.now_s = self._now_s
+        runs = self._clock.set(now_s)
+        self._commander.now_s = self._clock.now_s
         self._commander.refusal = self.refusal
-        return self._now_s >= 0.0
+        return runs
 
     # Orders.
 
@@ -155,7 +154,7 @@ class Px4:
             return [order.ack(mavlink.MAV_RESULT_FAILED)]
         if order.command == mavlink.MAV_CMD_DO_AUTOTUNE_ENABLE:
             return [self._autotune(order)]
-        result, more = self.services.carry_out(order, self._now_s, self._message) or self._carry_out(order)
+        result, more = self.services.carry_out(order, self._clock.now_s, self._message) or self._carry_out(order)
         return [order.ack(result), *more]
 
     def _carry_out(self, order: Order) -> Reply:
@@ -192,7 +191,7 @@ class Px4:
             case mavlink.MAV_CMD_PREFLIGHT_REBOOT_SHUTDOWN:
                 if self.body.armed:
                     return _DENIED, []
-                self.reboot(self._boot_s + self._now_s, _REBOOT_S, recovers_in_air=False)
+                self.reboot(self._clock.world_s, _REBOOT_S, recovers_in_air=False)
                 return _ACCEPTED, []
             case _:
                 return _UNSUPPORTED, []
@@ -240,17 +239,17 @@ class Px4:
     def _autotune(self, order: Order) -> Message:
         """A command that takes its time: IN_PROGRESS with a share, asked again and again until it is done."""
         if self._autotune_s is None:
-            self._autotune_s = self._now_s
-        share = (self._now_s - self._autotune_s) / _AUTOTUNE_S
+            self._autotune_s = self._clock.now_s
+        share = (self._clock.now_s - self._autotune_s) / _AUTOTUNE_S
         if share < 1.0:
             return order.ack(mavlink.MAV_RESULT_IN_PROGRESS, int(100.0 * share))
         self._autotune_s = None
         return order.ack(_ACCEPTED, 100)
 
     def _setpoint(self, message: Message) -> list[Message]:
-        refused = self._stream.receive(message, self.body, self._now_s)
-        if isinstance(refused, Refused) and self._now_s - self._complained_s >= 1.0:
-            self._complained_s = self._now_s
+        refused = self._stream.receive(message, self.body, self._clock.now_s)
+        if isinstance(refused, Refused) and self._clock.now_s - self._complained_s >= 1.0:
+            self._complained_s = self._clock.now_s
             return self._commander.critical(refused.reason)
         return []
 
@@ -270,11 +269,11 @@ class Px4:
             return []
         if self._reached is None or self._reached[0] != reached:
             self._reached = (reached, 0)
-        elif self._reached[1] >= _REACHED_REPEATS or self._now_s - self._reached_told_s < 1.0:
+        elif self._reached[1] >= _REACHED_REPEATS or self._clock.now_s - self._reached_told_s < 1.0:
             return []
         else:
             self._reached = (reached, self._reached[1] + 1)
-        self._reached_told_s = self._now_s
+        self._reached_told_s = self._clock.now_s
         return [mavlink.MAVLink_mission_item_reached_message(reached)]
 
     def _plans_changed(self) -> list[Message]:
@@ -310,7 +309,9 @@ class Px4:
             case _:
                 target = self._stream.target if self.follows_setpoints() else None
                 ready = self._commander.fault() is None
-                return body_message(message_id, self.body, Standing(self._now_s, ready, self._landed_state(), target))
+                return body_message(
+                    message_id, self.body, Standing(self._clock.now_s, ready, self._landed_state(), target)
+                )
 
     def _heartbeat(self) -> Message:
         flown = self._commander.flown
