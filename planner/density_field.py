@@ -150,18 +150,25 @@ def kernel_sum(
 
     Some rows at a time: points × samples never lie in memory at once.
     """
-    straight, spread = (centers[:, :-1], variance[:-1]) if wraps else (centers, variance)
+    axes = points.shape[1] - wraps
+    straight, spread = centers[:, :axes], variance[:axes]
     norm = jnp.prod(2.0 * jnp.pi * spread) ** -0.5
+    # Moments of the weights: one product of matrices gives the density and what its gradient needs.
+    moments = norm * weight[:, None] * jnp.concatenate([jnp.ones_like(straight[:, :1]), straight], axis=1)
+    scaled = straight * spread**-0.5
 
     def row(point: Float[Array, "axis"]) -> tuple[Array, Array]:
-        place = point[: straight.shape[1]]
-        density = norm * weight * jnp.exp(-0.5 * jnp.sum((place - straight) ** 2 / spread, axis=-1))
+        place = point[:axes]
+        here = place * spread**-0.5
+        # Axis by axis: an array whose last dimension is three is slow to run through.
+        density = jnp.exp(-0.5 * sum((here[axis] - scaled[:, axis]) ** 2 for axis in range(axes)))
         if not wraps:
-            return jnp.sum(density), (density @ straight - jnp.sum(density) * place) / spread
+            total = density @ moments
+            return total[0], (total[1:] - total[0] * place) / spread
         around, turn = _wrapped_normal(point[-1] - centers[:, -1], variance[-1])
-        both = density * around
-        gradient = (both @ straight - jnp.sum(both) * place) / spread
-        return jnp.sum(both), jnp.concatenate([gradient, jnp.dot(density, turn)[None]])
+        total = (density * around) @ moments
+        gradient = (total[1:] - total[0] * place) / spread
+        return total[0], jnp.concatenate([gradient, jnp.dot(density * turn, moments[:, 0])[None]])
 
     return jax.lax.map(row, points, batch_size=min(ROWS_AT_ONCE, points.shape[0]))
 
@@ -169,9 +176,12 @@ def kernel_sum(
 def _wrapped_normal(angle: Float[Array, "sample"], variance: Float[Array, ""]) -> tuple[Array, Array]:
     """The wrapped normal density on the circle and its derivative; one image on either side is exact up to 1 rad²."""
     turned = jnp.mod(angle + jnp.pi, 2.0 * jnp.pi) - jnp.pi
-    images = turned[:, None] + 2.0 * jnp.pi * np.arange(-1, 2)
-    density = jnp.exp(-0.5 * images**2 / variance) * (2.0 * jnp.pi * variance) ** -0.5
-    return jnp.sum(density, axis=-1), -jnp.sum(density * images, axis=-1) / variance
+    norm = (2.0 * jnp.pi * variance) ** -0.5
+    density, slope = jnp.zeros_like(turned), jnp.zeros_like(turned)
+    for image in (turned - 2.0 * jnp.pi, turned, turned + 2.0 * jnp.pi):
+        part = norm * jnp.exp(-0.5 * image**2 / variance)
+        density, slope = density + part, slope - part * image / variance
+    return density, slope
 
 
 def _mean_over_cells(

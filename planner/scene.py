@@ -191,7 +191,7 @@ def scene_of(problem: Problem, options: Options, segments: int, samples_per_segm
                 problem.duration_s,
             )
         case Metric.KERNEL:
-            metric = metric_of_places(problem, options)
+            metric = metric_of_places(problem, options, segments * samples_per_segment)
     workspace, limits = problem.workspace, problem.limits
     interval_s = problem.duration_s / segments
     spacing_m = limits.max_speed_mps * interval_s / samples_per_segment

@@ -1,5 +1,7 @@
 """The kernel metric against its double loop, autodiff, quadrature and the parameters of the paper's own tutorial."""
 
+import dataclasses
+
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -10,7 +12,7 @@ from scipy.stats import multivariate_normal, norm
 from planner.density_field import density_at_centers, grid_field, kernel_sum
 from planner.information import DensityGrid, gaussians, uniform
 from planner.judging import Judge
-from planner.kernel_metric import Attraction, KernelMetric, kernel_metric, pose_metric, sampled
+from planner.kernel_metric import Attraction, KernelMetric, kernel_metric, metric_of_places, pose_metric, sampled
 from planner.kernel_variance import select_variance, silverman_variance
 from planner.obstacles import ObstacleField
 from planner.problem import Covered, Limits, Metric, Options, Problem
@@ -319,3 +321,38 @@ def test_what_makes_no_metric_is_refused(peak: DensityGrid) -> None:
         kernel_metric(peak, attraction=Attraction.AS_PRINTED, covered=Covered(np.zeros((2, 2, 2)), 1.0))
     with pytest.raises(ValueError, match="not all zero"):
         pose_metric(np.zeros((3, 4)), np.zeros(3))
+
+
+def test_neighbours_closer_than_the_kernel_can_tell_are_taken_together_at_little_loss(peak: DensityGrid) -> None:
+    metric = kernel_metric(peak, variance_unit2=VARIANCE)
+    # 400 samples along a closed curve: four of them span a fifth of the kernel's width.
+    turn = 2.0 * np.pi * np.arange(400)[:, None] / 400
+    points = jnp.asarray(0.5 + 0.2 * np.sin(turn * np.array([1.0, 2.0, 3.0])), jnp.float32)
+    weight = jnp.full(400, 1.0 / 400.0)
+    together = dataclasses.replace(metric, together=4)
+    expected, slope = jax.value_and_grad(metric.__call__)(points, weight)
+    found, pooled_slope = jax.value_and_grad(together.__call__)(points, weight)
+    assert float(found) == pytest.approx(float(expected), rel=5e-3)
+    of_each_four = jnp.repeat(slope.reshape(100, 4, 3).mean(axis=1), 4, axis=0)
+    np.testing.assert_allclose(pooled_slope, of_each_four, atol=0.1 * float(jnp.abs(slope).max()))
+
+
+def test_only_long_missions_take_neighbours_together() -> None:
+    def together(duration_s: float, samples: int) -> int:
+        problem = Problem(
+            workspace=WORKSPACE,
+            information=uniform(WORKSPACE, (16, 16, 16)),
+            obstacles=ObstacleField.of(()),
+            limits=Limits(2.0, 2.0, 2.0, 2.0),
+            start=Motion.at_rest(WORKSPACE.enu_from_unit(np.full(3, 0.5))),
+            end_position_m=None,
+            duration_s=duration_s,
+            vehicle_radius_m=0.0,
+            clearance_margin_m=0.0,
+        )
+        return metric_of_places(problem, Options(modes=(4, 4, 4)), samples).together
+
+    assert together(200.0, 200) == 1
+    assert together(200.0, 3200) == 4 * together(200.0, 800) > 1
+    # Seven samples cannot be halved.
+    assert together(1.0, 7) == 1
