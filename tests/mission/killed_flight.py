@@ -8,13 +8,8 @@ import numpy as np
 from mission.events import FlightMethod
 from mission.flight import FlightSettings, fly_planned
 from mission.flight_progress import Watcher
-from mission.loading import load
 from mission.planning import Planned
-from mission.site import options_from_mission, problem_from_mission
-from mission.ways import along
-from planner import gate
-from planner.diversity import Diversity
-from planner.plan import Candidate, Plan, Status
+from tests.mission.hand_made import plan_by_hand
 
 MISSION = """
 [site]
@@ -39,15 +34,7 @@ CORNERS = np.array([[15.0, 15.0, 6.0], [50.0, 15.0, 6.0], [50.0, 30.0, 8.0], [15
 
 def planned(folder: Path) -> Planned:
     """A plan made by hand, with its mission file in a folder."""
-    path = folder / "mission.toml"
-    path.write_text(MISSION, encoding="utf-8")
-    mission = load(path)
-    problem = problem_from_mission(mission)
-    curve = along(CORNERS, problem.limits)
-    candidate = Candidate(curve, "by hand", 0.1, 0.1, gate.inspect(curve, problem))
-    assert candidate.feasible
-    plan = Plan(Status.CONVERGED, (candidate,), 0, 1.0, Diversity(0.0, 0.0, 0.0, 1.0), 0)
-    return Planned(mission, problem, options_from_mission(mission), plan, 0.0, 0.0)
+    return plan_by_hand(MISSION, CORNERS, folder)
 
 
 def settings(address: str, folder: Path) -> FlightSettings:

@@ -16,17 +16,12 @@ from mission.flight_log import read_flight_log
 from mission.flight_progress import PlainWatcher, Progress, Watcher
 from mission.intake import push_into
 from mission.journal import unfinished
-from mission.loading import load
 from mission.phases import Phase
 from mission.planning import Planned
 from mission.recorder import LOG_NAME
 from mission.resuming import resumption
-from mission.site import options_from_mission, problem_from_mission
-from mission.ways import along
-from planner import gate
-from planner.diversity import Diversity
-from planner.plan import Candidate, Plan, Status
 from tests.mission.full_disk import no_file_larger_than
+from tests.mission.hand_made import plan_by_hand
 
 SPEED = 20.0
 MISSION = """
@@ -76,23 +71,7 @@ class Notes(Watcher):
 @pytest.fixture
 def planned(tmp_path):
     def make(*overrides) -> Planned:
-        path = tmp_path / "mission.toml"
-        path.write_text(MISSION, encoding="utf-8")
-        mission = load(path, overrides)
-        problem = problem_from_mission(mission)
-        curve = along(np.array(CORNERS, dtype=float), problem.limits)
-        problem = dataclasses.replace(problem, duration_s=max(problem.duration_s, curve.duration_s))
-        report = gate.inspect(curve, problem)
-        assert report.passed, report.violations
-        plan = Plan(
-            Status.CONVERGED,
-            (Candidate(curve, "by hand", 0.1, 0.1, report),),
-            0,
-            1.0,
-            Diversity(0.0, 0.0, 0.0, 1.0),
-            0,
-        )
-        return Planned(mission, problem, options_from_mission(mission), plan, 0.0, 0.0)
+        return plan_by_hand(MISSION, np.array(CORNERS, dtype=float), tmp_path, overrides)
 
     return make
 

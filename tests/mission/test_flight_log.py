@@ -1,5 +1,6 @@
 """The log of a flight: written ahead, read back, torn, resumed; and what is left to fly."""
 
+import dataclasses
 import json
 
 import numpy as np
@@ -12,26 +13,13 @@ from mission.journal import explored_positions, unfinished
 from mission.recorder import LOG_NAME, Recorder
 from mission.ways import along
 from planner.problem import Limits
-from sim_bridge.state import FlightMode, LandedState, VehicleState
+from tests.mission.flying_vehicle import STATE
 
 CURVE = along(np.array([[0.0, 0.0, 10.0], [200.0, 0.0, 10.0]]), Limits(5.0, 2.0, 1.5, 3.0))
 
 
 def state(time_s, position):
-    return VehicleState(
-        time_s=time_s,
-        position_enu_m=position,
-        velocity_enu_mps=(1.0, 0.0, 0.0),
-        yaw_enu_rad=0.0,
-        armed=True,
-        mode=FlightMode.EXTERNAL,
-        mode_name="OFFBOARD",
-        landed=LandedState.IN_AIR,
-        battery_fraction=0.9,
-        waiting_for=(),
-        failsafe=False,
-        home_enu_m=None,
-    )
+    return dataclasses.replace(STATE, time_s=time_s, position_enu_m=position, velocity_enu_mps=(1.0, 0.0, 0.0))
 
 
 def write(folder, seconds=10.0, from_s=0.0, course=CURVE):

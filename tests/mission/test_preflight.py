@@ -13,7 +13,7 @@ from mission.loading import load
 from mission.site import problem_from_mission
 from sim_bridge.frames import enu_from_geodetic
 from sim_bridge.state import GeodeticPoint
-from tests.mission.test_monitors import ENERGY, STATE
+from tests.mission.flying_vehicle import ENERGY, STATE
 
 SQUARE = ((0.0, 0.0), (100.0, 0.0), (100.0, 100.0), (0.0, 100.0))
 
