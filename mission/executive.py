@@ -95,6 +95,7 @@ class Executive:
         self._link = LinkWatch(now_s, self._patience)
         self._machine = PhaseMachine(assignment, self._vehicle, self._keeper, self._order, now_s)
         self._alarmed_s = now_s
+        self._charge_told = False
         self._last_item: int | None = None
         self._reached: int | None = None
         self._waiting_for: tuple[str, ...] = ()
@@ -304,6 +305,9 @@ class Executive:
         for alarm in alarms:
             if self._fire(_ALARM_TRIGGER[alarm], now_s):
                 return
+        if Alarm.BATTERY_LOW in alarms and not self._charge_told:
+            self._charge_told = True
+            self._machine.say("the charge left is less than the way home needs", warning=True)
         if self.phase is Phase.HOLDING and interruption.passes:
             near = Alarm.TOO_CLOSE in alarms or Alarm.OFF_TRACK in alarms
             trigger = interruption.observe(not near and self._keeper.stands(now_s), now_s)

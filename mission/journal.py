@@ -11,6 +11,7 @@ from mission.belief import INTERVAL_S
 from mission.flight_log import FlightLog
 from planner.trajectory import Trajectory
 
+_PAUSE_S = 10.0 * INTERVAL_S
 FINISHED_S = 0.5
 """Less than this left of the exploration is nothing left."""
 
@@ -88,6 +89,7 @@ def explored_positions(log: FlightLog) -> Float[np.ndarray, "time 3"]:
     time_s, position = log.time_s[exploring], log.position_m[exploring]
     if not len(time_s):
         return np.empty((0, 3))
-    step_s = np.minimum(np.diff(time_s, prepend=time_s[0]), 10.0 * INTERVAL_S)
+    step_s = np.diff(time_s, prepend=time_s[0])
+    step_s[step_s > _PAUSE_S] = INTERVAL_S
     ticks = np.floor(np.cumsum(step_s) / INTERVAL_S).astype(int)
     return np.repeat(position, np.diff(ticks, prepend=0), axis=0)

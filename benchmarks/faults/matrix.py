@@ -52,7 +52,7 @@ FAULTS: dict[str, Make] = {
     "pilot holds": lambda at, _: PilotSwitch(begin_s=at, mode=FlightMode.HOLD),
     "pilot returns": lambda at, _: PilotSwitch(begin_s=at, mode=FlightMode.RETURN),
     "second ground station": lambda at, _: SecondStation(begin_s=at, duration_s=30.0, uploads=True),
-    "arming refused for 10 s": lambda at, _: ArmingRefused(begin_s=0.0, duration_s=13.0),
+    "arming refused for 10 s": lambda at, _: ArmingRefused(begin_s=at, duration_s=10.0),
     "heartbeat frozen, 10 s": lambda at, _: HeartbeatFrozen(begin_s=at, duration_s=10.0),
 }
 
@@ -92,7 +92,7 @@ class Cell:
 
 def cells(seeds: int) -> Iterator[Cell]:
     """Every flight; a fault that only arming knows is flown at take-off alone."""
-    for fault, moment, autopilot, seed in itertools.product(FAULTS, MOMENTS, Autopilot, range(seeds)):
+    for seed, fault, moment, autopilot in itertools.product(range(seeds), FAULTS, MOMENTS, Autopilot):
         if fault.startswith("arming") and moment != "take-off":
             continue
         yield Cell(fault, moment, autopilot, seed)
@@ -108,6 +108,9 @@ def begin_s(cell: Cell, rng: random.Random) -> float:
     """When the fault of a cell begins: some moment of the phase it belongs to."""
     entered = {phase: at for at, phase, _ in undisturbed(cell.autopilot).phases}
     match cell.moment:
+        case "take-off" if cell.fault.startswith("arming"):
+            # Ready, as it said, and yet it does not arm.
+            return entered[Phase.ARMING] + 0.005
         case "take-off":
             return rng.uniform(entered[Phase.TAKING_OFF] + 0.2, entered[Phase.ENTERING])
         case "follow":
@@ -130,7 +133,8 @@ def fly_cell(cell: Cell) -> tuple[Cell, str, tuple[str, ...]]:
     """
     rng = random.Random(f"{cell}")
     at_s = begin_s(cell, rng)
-    flown = Rehearsal(cell.autopilot, (FAULTS[cell.fault](at_s, rng),), cell.seed).fly()
+    fault = FAULTS[cell.fault](at_s, rng)
+    flown = Rehearsal(cell.autopilot, (fault,), cell.seed).fly()
     broken = list(flown.faults)
     by_pilot = cell.fault.startswith("pilot")
     if flown.ended not in (*FINAL, Phase.OVERRIDDEN):
@@ -138,7 +142,8 @@ def fly_cell(cell: Cell) -> tuple[Cell, str, tuple[str, ...]]:
     if flown.left and not by_pilot:
         broken.append(f"{flown.left} after {flown.phases[-1][2]}")
     words = TOLD.get(cell.fault, ())
-    told = [text for at, text in flown.said if at >= at_s] + [why for at, _, why in flown.phases if at >= at_s]
+    told = [text for at, text in flown.said if at >= fault.begin_s]
+    told += [why for at, _, why in flown.phases if at >= fault.begin_s]
     if words and flown.phases[-1][0] > at_s + NOTICED_S and not any(word in text for word in words for text in told):
         broken.append("nothing in the log tells of it")
     return cell, _word(flown), tuple(broken)
