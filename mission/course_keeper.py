@@ -14,6 +14,7 @@ from planner.trajectory import Trajectory
 from sim_bridge.state import Vector, VehicleState
 
 _BLOCKED_RESERVE_S = 1.0
+_CATCH_UP_S = 1.0
 _LOOK_BACK_S = 2.0
 """A vehicle is that far behind its course at most without anything being wrong, and some more."""
 
@@ -90,6 +91,15 @@ class CourseKeeper:
         self.exploration = exploration
         self.course = course.continued(exploration, now_s)
         self.blocked_s = None
+
+    def lag_m(self, state: VehicleState, now_s: float) -> float:
+        """How far a vehicle is behind the course, or will be before it has the course's speed again."""
+        if self.course is None:
+            return 0.0
+        motion = self.course.at(now_s).motion
+        behind_m = np.linalg.norm(motion.position_m - np.asarray(state.position_enu_m))
+        slower_mps = np.linalg.norm(motion.velocity_mps - np.asarray(state.velocity_enu_mps))
+        return float(behind_m + _CATCH_UP_S * slower_mps)
 
     def fall_back(self, state: VehicleState, silent_s: float, now_s: float) -> float:
         """Take the course up where a vehicle is on it that heard nothing of it for a while.

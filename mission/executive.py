@@ -10,8 +10,6 @@ from __future__ import annotations
 
 import dataclasses
 
-import numpy as np
-
 from mission import readings
 from mission.course import Course
 from mission.course_keeper import CourseKeeper
@@ -51,8 +49,6 @@ from sim_bridge.state import (
 
 _ALARM_INTERVAL_S = 0.1
 _BEHIND_SHARE = 0.2
-_CATCH_UP_S = 1.0
-"""A vehicle that has become slower falls behind for so long before it has the course's speed again."""
 _ALARM_TRIGGER = {
     Alarm.OUTSIDE: Trigger.OUTSIDE,
     Alarm.BATTERY_LOW: Trigger.BATTERY_LOW,
@@ -252,12 +248,9 @@ class Executive:
 
     def _catch_up(self, state: VehicleState, silent_s: float, now_s: float) -> None:
         """After a silence too short to be noticed, do not have the vehicle run after a course that went on."""
-        if self.phase not in ON_COURSE or self.course is None or silent_s < NOTICED_S:
+        if self.phase not in ON_COURSE or silent_s < NOTICED_S:
             return
-        motion = self.course.at(now_s).motion
-        behind_m = np.linalg.norm(motion.position_m - np.asarray(state.position_enu_m))
-        slower_mps = np.linalg.norm(motion.velocity_mps - np.asarray(state.velocity_enu_mps))
-        if behind_m + _CATCH_UP_S * slower_mps > _BEHIND_SHARE * self.monitors.max_track_error_m:
+        if self._keeper.lag_m(state, now_s) > _BEHIND_SHARE * self.monitors.max_track_error_m:
             self._keeper.fall_back(state, silent_s, now_s)
             self._keeper.resume(now_s)
             self._machine.stream()
