@@ -36,7 +36,7 @@ _RESULTS = {
     mavlink.MAV_RESULT_FAILED: "failed",
 }
 # Copter tells only heartbeats and texts until it is asked: message id, times a second.
-_STREAMS_HZ = {
+STREAMS_HZ = {
     mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: 30.0,
     mavlink.MAVLINK_MSG_ID_ATTITUDE: 10.0,
     mavlink.MAVLINK_MSG_ID_SYS_STATUS: 2.0,
@@ -132,7 +132,7 @@ class Commands:
         wanted = []
         if self._autopilot is Autopilot.ARDUPILOT:
             interval = mavlink.MAV_CMD_SET_MESSAGE_INTERVAL
-            wanted += [(interval, float(message_id), 1e6 / rate_hz) for message_id, rate_hz in _STREAMS_HZ.items()]
+            wanted += [(interval, float(message_id), 1e6 / rate_hz) for message_id, rate_hz in STREAMS_HZ.items()]
         for message_id in (mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, mavlink.MAVLINK_MSG_ID_HOME_POSITION):
             wanted.append((mavlink.MAV_CMD_REQUEST_MESSAGE, float(message_id), 0.0))
         for command, *params in wanted:

@@ -16,26 +16,18 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from sim_bridge.frames import VehicleFrame
 from sim_bridge.link_autopilot import Autopilot
+from sim_bridge.link_commands import OWN_COMPONENT, OWN_SYSTEM, STREAMS_HZ
 from sim_bridge.link_guard import Guard
 from sim_bridge.link_telemetry import Heard, Telemetry
 from sim_bridge.state import Command, CommandDone, FlightMode, GeodeticPoint, Setpoint, VehicleState, Waiting
 from sim_bridge.station import Station
 
-OWN_SYSTEM, OWN_COMPONENT = 245, 190
 ATTEMPTS = 3
 ATTEMPT_S = 0.5
 REPEAT_S = 0.05
 HEARTBEAT_S = 1.0
 SHOWN_S = 3.0
 ASK_AGAIN_S = 5.0
-STREAMS_HZ = {
-    mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: 30.0,
-    mavlink.MAVLINK_MSG_ID_ATTITUDE: 10.0,
-    mavlink.MAVLINK_MSG_ID_SYS_STATUS: 2.0,
-    mavlink.MAVLINK_MSG_ID_EXTENDED_SYS_STATE: 5.0,
-    mavlink.MAVLINK_MSG_ID_HOME_POSITION: 1.0,
-    mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN: 1.0,
-}
 
 
 @dataclasses.dataclass
