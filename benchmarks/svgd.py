@@ -17,6 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 import optax
 
+from benchmarks.plain_svgd import PARTICLES, SAMPLES, STEP_SIZE, SVGD_STEPS, line_with_noise, plain_svgd
 from benchmarks.quality import CUBE, FLAT, problem_of
 from benchmarks.timing import interleaved_ms, machine
 from planner import stein, sves
@@ -31,10 +32,8 @@ from planner.spectral_metric import SpectralMetric
 # Particles, samples, modes.
 SIZES = ((50, 100, (8, 8, 1)), (4, 50, (8, 8, 8)), (64, 100, (8, 8, 8)))
 STEPS_A_CALL = 20
-STEP_SIZE = 0.5
 REPEATS = 25
 
-PARTICLES, SAMPLES, SVGD_STEPS, SPREAD_UNIT = 20, 100, 500, 0.1
 RACES = 5
 STEPS_A_LOOK = 10
 
@@ -82,36 +81,6 @@ def step_against_blackjax() -> None:
             f"| {its / mine:.2f} | {apart:.0e} |",
             flush=True,
         )
-
-
-def plain_svgd(metric: SpectralMetric, start: jax.Array) -> jax.Array:
-    """RBF-SVGD on waypoints as SVES prints it, with the two corrections without which it has no use.
-
-    Smoothness is a mean over time (the sum makes a straight line the optimum), and what is outside the box is pushed
-    back (the basis mirrors at the walls).
-    """
-    samples = start.shape[1]
-    weight = jnp.full(samples, 1.0 / samples)
-
-    def loss(points: jax.Array) -> jax.Array:
-        outside = jnp.maximum(0.0, jnp.maximum(-points, points - 1.0))
-        smooth = jnp.mean(jnp.sum(jnp.diff(points, axis=0) ** 2, axis=-1))
-        return metric(points, weight) + sves.SMOOTHNESS_WEIGHT * smooth + jnp.mean(outside**2)
-
-    def body(points: jax.Array, _: None) -> tuple[jax.Array, None]:
-        score = -sves.INVERSE_TEMPERATURE * jax.vmap(jax.grad(loss))(points)
-        return stein.sves_step(points, score, Kernel.RBF, STEP_SIZE), None
-
-    return jax.lax.scan(body, start, None, length=SVGD_STEPS)[0]
-
-
-def line_with_noise(box_axes: int, seed: int) -> np.ndarray:
-    """SVES's start set: lines across the unit cube, and noise around them. Shape (particle, time, 3)."""
-    line = np.linspace(np.full(3, 0.1), np.full(3, 0.9), SAMPLES)
-    noise = np.random.default_rng(seed).normal(0.0, SPREAD_UNIT, (PARTICLES, SAMPLES, 3))
-    found = np.clip(line + noise, 0.0, 1.0)
-    found[:, :, box_axes:] = 0.5
-    return found
 
 
 @dataclasses.dataclass(frozen=True)

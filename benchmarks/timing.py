@@ -6,15 +6,24 @@ import os
 import platform
 import time
 from collections.abc import Callable, Mapping
+from contextlib import AbstractContextManager
+from unittest import mock
 
 import jax
 import numpy as np
+
+from planner import solver
 
 
 def machine() -> str:
     """One line on where this ran."""
     devices = ", ".join(sorted({device.device_kind for device in jax.devices()}))
     return f"{platform.machine()}, {os.cpu_count()} cores, jax {jax.__version__} on {devices}"
+
+
+def without_baseline() -> AbstractContextManager[object]:
+    """Solves in which no lawnmower is fitted for comparison, which costs as much as all the rest of a small problem."""
+    return mock.patch.object(solver, "lawnmower_ergodic_metric", return_value=(float("nan"), None))
 
 
 def interleaved_ms(contenders: Mapping[str, Callable[[], object]], repeats: int) -> dict[str, float]:

@@ -101,7 +101,8 @@ def clearances(plan: dict[str, Any], points: np.ndarray) -> np.ndarray:
     ]
     if not bodies:
         return np.zeros(0)
-    return np.min([_distance(body, points) for body in bodies], axis=0) - mission["vehicle"]["radius_m"]
+    flat = shapely.points(points[:, :2]) if any(body["kind"] == "prism" for body in bodies) else None
+    return np.min([_distance(body, points, flat) for body in bodies], axis=0) - mission["vehicle"]["radius_m"]
 
 
 def _bodies(entry: dict[str, Any], origin: dict[str, float]) -> Iterator[dict[str, Any]]:
@@ -128,8 +129,8 @@ def _bodies(entry: dict[str, Any], origin: dict[str, float]) -> Iterator[dict[st
             }
 
 
-def _distance(body: dict[str, Any], points: np.ndarray) -> np.ndarray:
-    """From points to a body, zero inside."""
+def _distance(body: dict[str, Any], points: np.ndarray, flat: np.ndarray | None) -> np.ndarray:
+    """From points to a body, zero inside; `flat` are the same points for shapely, which is slow to make them."""
     match body["kind"]:
         case "sphere":
             return np.maximum(np.linalg.norm(points - body["center_enu_m"], axis=1) - body["radius_m"], 0.0)
@@ -139,7 +140,7 @@ def _distance(body: dict[str, Any], points: np.ndarray) -> np.ndarray:
         case "cylinder":
             level = np.linalg.norm(points[:, :2] - body["center_enu_m"], axis=1) - body["radius_m"]
         case "prism":
-            level = shapely.distance(shapely.Polygon(body["polygon_enu_m"]), shapely.points(points[:, :2]))
+            level = shapely.distance(shapely.Polygon(body["polygon_enu_m"]), flat)
         case other:
             raise ValueError(f'obstacles of kind "{other}" cannot be checked from the plan alone')
     upright = np.maximum(body["floor_m"] - points[:, 2], points[:, 2] - body["ceiling_m"])
