@@ -16,7 +16,7 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.plain_svgd import SAMPLES, line_with_noise, plain_svgd
+from benchmarks.plain_svgd import SAMPLES, plain_svgd, random_set
 from benchmarks.timing import machine, without_baseline
 from planner.information import DensityGrid, gaussians, uniform
 from planner.judging import Judge, at_middles
@@ -129,7 +129,7 @@ def svgd_within(problem: Problem, options: Options, limit_s: float) -> float:
     weight, axes = jnp.full(SAMPLES, 1.0 / SAMPLES), 3 if options.modes[2] > 1 else 2
     lowest, path, started_s = np.inf, np.zeros((0, 3)), time.perf_counter()
     for seed in itertools.count():
-        found = plain_svgd_compiled(metric, jnp.asarray(line_with_noise(axes, seed), jnp.float32))
+        found = plain_svgd(metric, jnp.asarray(random_set(metric, axes, seed)), axes)
         inside = jnp.clip(found, 0.0, 1.0)
         figures = np.asarray(metrics_of(metric, inside, weight))
         if np.nanmin(figures) < lowest:
@@ -141,7 +141,6 @@ def svgd_within(problem: Problem, options: Options, limit_s: float) -> float:
     return lowest / lawnmower
 
 
-plain_svgd_compiled = jax.jit(plain_svgd)
 metrics_of = jax.jit(lambda metric, paths, weight: jax.vmap(lambda path: metric(path, weight))(paths))
 
 

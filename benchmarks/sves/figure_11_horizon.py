@@ -49,6 +49,8 @@ def main() -> None:
     for axes, row in times.items():
         axis.loglog(HORIZONS, 1e3 * np.array(row), marker="o", label=f"v = {axes}")
     axis.set(xlabel="waypoints T", ylabel="µs a step", title="N = 20, K = 8")
+    axis.set_xticks(HORIZONS, [str(horizon) for horizon in HORIZONS])
+    axis.minorticks_off()
     axis.legend(fontsize=8)
     save(figure, "figure_11_horizon")
 

@@ -91,20 +91,29 @@ def main() -> None:
             ),
         ],
     )
-    figure = plt.figure(figsize=(8.5, 3.6))
+    figure = plt.figure(figsize=(13.0, 4.0))
     angle, height = np.mgrid[0.0 : 2.0 * np.pi : 24j, 0.0 : np.pi : 12j]
     ball = np.stack([np.cos(angle) * np.sin(height), np.sin(angle) * np.sin(height), np.cos(height)])
     for index, (title, shown) in enumerate(
-        (("open loop: the clear ones", paths[clear]), ("closed loop", flights[0].positions_m[None])), start=1
+        (("open loop: the clear ones", paths[clear]), ("closed loop: the first flight", flights[0].positions_m[None])),
+        start=1,
     ):
-        axes = figure.add_subplot(1, 2, index, projection="3d")
+        axes = figure.add_subplot(1, 3, index, projection="3d")
         axes.plot_surface(*(CENTER[:, None, None] + RADIUS_M * ball), color="0.7", alpha=0.6)
-        axes.scatter(*PLACES.T, color="tab:blue", marker="*")
+        axes.scatter(*PLACES.T, color="black", marker="*", s=60)
         for path in shown:
             axes.plot(*path.T, linewidth=0.8)
         axes.set_title(title, fontsize=9)
+        axes.view_init(elev=55.0, azim=-90.0)
         axes.set_box_aspect(BOX.lengths_m)
         axes.tick_params(labelsize=6)
+    axis = figure.add_subplot(1, 3, 3)
+    for flight in flights:
+        to_sphere = np.linalg.norm(flight.positions_m - CENTER, axis=1) - RADIUS_M
+        axis.plot(np.arange(len(to_sphere)) * PERIOD_S, to_sphere, linewidth=0.8)
+    axis.axhline(KEEP_OUT_M, color="tab:red", linestyle="--", linewidth=1.0)
+    axis.set(title="distance to the sphere, all flights [m]", xlabel="time [s]", ylim=(0.0, None))
+    axis.title.set_fontsize(9)
     save(figure, "figure_12_aircraft")
 
 

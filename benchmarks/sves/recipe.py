@@ -153,7 +153,7 @@ def run(recipe: Recipe, place: World, start: np.ndarray) -> Run:
     """All steps, keeping the set now and then."""
     chunks = max(1, recipe.steps // LOGGED)
     particles = jnp.asarray(start)
-    step = _steps(recipe, place, recipe.steps // chunks)
+    step = steps_of(recipe, place, recipe.steps // chunks)
     energy = jax.jit(jax.vmap(lambda path: place.metric(path, jnp.full(path.shape[0], 1.0 / path.shape[0]))))
     kept, figures = [np.asarray(particles)], [np.asarray(energy(particles))]
     for _ in range(chunks):
@@ -164,7 +164,7 @@ def run(recipe: Recipe, place: World, start: np.ndarray) -> Run:
     return Run(marks, np.stack(kept), np.stack(figures))
 
 
-def _steps(recipe: Recipe, place: World, count: int):
+def steps_of(recipe: Recipe, place: World, count: int):
     """`count` compiled steps of a set."""
     gradient = jax.vmap(jax.grad(functools.partial(loss, recipe, place)))
     line = jnp.asarray(place.line, jnp.float32)
