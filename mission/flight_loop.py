@@ -8,9 +8,10 @@ above all, runs in this one loop.
 from __future__ import annotations
 
 import concurrent.futures
+import functools
 import queue
 import time
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from typing import Protocol
 
 import numpy as np
@@ -202,9 +203,10 @@ class FlightLoop:
                     self._recorder.write("order", now_s, command=command.value)
                     self._link.request(command, altitude_m)
                 case RunChecks():
-                    self._jobs.submit(self._check)
-                case FindWay():
-                    self._jobs.submit(self._find_way, action)
+                    self._submit(self._check, lambda why: Checked((f"the checks broke off: {why}",)))
+                case FindWay(goal):
+                    seek = functools.partial(self._find_way, action)
+                    self._submit(seek, functools.partial(WayFound, goal, None))
                 case Entered(phase, why):
                     self._recorder.write("phase", now_s, phase=phase.value, why=why)
                     self._note_progress(now_s)
@@ -226,18 +228,29 @@ class FlightLoop:
             text = f"the log is written again; {lost} lines are lost"
         self._act([Say(text, True)], self._clock.now(time.monotonic()))
 
-    # Jobs, on their own thread; their results come back as events.
+    # Jobs, on their own thread; their results come back as events, and so does whatever breaks them off.
 
-    def _check(self) -> None:
+    def _submit(self, job: Callable[[], Event], failed: Callable[[str], Event]) -> None:
+        def done(future: concurrent.futures.Future[Event]) -> None:
+            if future.cancelled():
+                return
+            error = future.exception()
+            if error is None:
+                self.tell(future.result())
+            else:
+                # Refusals are ValueErrors and say all there is to say; of anything else its kind is worth knowing.
+                name = "" if isinstance(error, ValueError) else f"{type(error).__name__}: "
+                self.tell(failed(f"{name}{error}"))
+
+        self._jobs.submit(job).add_done_callback(done)
+
+    def _check(self) -> Checked:
         state = self.executive.state
         assert state is not None, "the checks come after the vehicle has been heard"
-        self.tell(self._ground.check(state))
+        return self._ground.check(state)
 
-    def _find_way(self, wanted: FindWay) -> None:
-        try:
-            self.tell(WayFound(wanted.goal, self._ground.find_way(wanted)))
-        except ValueError as error:
-            self.tell(WayFound(wanted.goal, None, str(error)))
+    def _find_way(self, wanted: FindWay) -> WayFound:
+        return WayFound(wanted.goal, self._ground.find_way(wanted))
 
     # Replans and what is pushed.
 

@@ -76,7 +76,14 @@ class Ground:
 
     def check(self, state: VehicleState) -> Checked:
         """Check the vehicle before arming."""
-        planned = self._belief.problem
+        planned, altitude_m = self._belief.problem, self._assignment.takeoff_altitude_m
+        misplaced = []
+        if not state.aloft:
+            misplaced = preflight.place_problems(state, self.mission.home_enu_m, planned, altitude_m)
+        misplaced = misplaced or preflight.fence_problems(state, autopilot_fence(self.mission.site))
+        if misplaced:
+            # Nothing that is reckoned from there would mean anything.
+            return Checked(tuple(misplaced))
         home = state.home_enu_m or state.position_enu_m
         reach = preflight.reach_of(planned, planned_fence(self.mission.site), home)
         settings = vehicle_settings.settings_of(self._link.autopilot, self._link.parameter, planned.limits, reach)
@@ -86,11 +93,7 @@ class Ground:
             exploration = exploration.slowed(factor)
             slower = dataclasses.replace(planned, limits=settings.limits, duration_s=planned.duration_s * factor)
             self._belief.problem = slower
-        altitude_m = self._assignment.takeoff_altitude_m
         problems = list(settings.problems)
-        if not state.aloft:
-            misplaced = preflight.place_problems(state, self.mission.home_enu_m, planned, altitude_m)
-            problems += misplaced or preflight.fence_problems(state, autopilot_fence(self.mission.site))
         if not problems:
             problems += self._way_problems(state, home, exploration, self._energy.within(settings.limits))
         last_item = None

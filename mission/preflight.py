@@ -45,7 +45,7 @@ def reach_of(problem: Problem, fence_m: Sequence[Corner], home_m: Vector) -> Rea
     ground = np.column_stack([east.ravel(), north.ravel()])
     ceiling_up_m = float(problem.workspace.box_max_m[2]) - home_m[2]
     clear_up_m = 0.0
-    for height in np.arange(_SKYLINE_STEP_M, max(ceiling_up_m, _HIGHEST_M), _SKYLINE_STEP_M):
+    for height in np.arange(_SKYLINE_STEP_M, _HIGHEST_M, _SKYLINE_STEP_M):
         level = np.column_stack([ground, np.full(len(ground), home_m[2] + height)])
         if np.asarray(problem.obstacles.distance(level)).min() < problem.keep_out_m:
             clear_up_m = float(height) + _SKYLINE_STEP_M

@@ -3,7 +3,6 @@
 import pytest
 
 from mission.events import Operator
-from mission.flight_loop import FlightLoop
 from mission.phases import Phase
 from sim_bridge.state import Command, FlightMode
 from tests.mission.rehearsed_flight import Flight
@@ -103,29 +102,3 @@ def test_motors_that_stop_in_the_air_end_the_flight_and_the_stream():
     assert flight.phase is Phase.ABORTED
     assert flight.course is None
     assert "disarmed" in flight.executive.why
-
-
-def test_ctrl_c_calls_back_then_lands_then_leaves():
-    flight = Flight().exploring()
-    loop = FlightLoop(*(flight.executive, *[None] * 8))
-    wishes = []
-    loop.tell = wishes.append
-    for _ in range(3):
-        loop.interrupt()
-    assert wishes == [Operator.RETURN, Operator.LAND, Operator.LEAVE]
-
-
-@pytest.mark.parametrize("phase", [Phase.OVERRIDDEN, Phase.LANDING])
-def test_where_somebody_else_has_the_vehicle_ctrl_c_leaves_it_to_them(phase):
-    flight = Flight().exploring()
-    if phase is Phase.LANDING:
-        flight.tell(Operator.LAND)
-    else:
-        flight.vehicle.set_mode(FlightMode.PILOT, flight.now_s)
-        flight.run_to(Phase.OVERRIDDEN)
-    orders = len(flight.vehicle.orders)
-    loop = FlightLoop(*(flight.executive, *[None] * 8))
-    loop.tell = flight.tell
-    loop.interrupt()
-    assert flight.phase is Phase.ABORTED
-    assert len(flight.vehicle.orders) == orders

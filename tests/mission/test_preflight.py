@@ -24,7 +24,7 @@ class Field:
     keep_out_m = 2.0
 
     def __init__(self):
-        self.obstacles = self
+        self.obstacles = self.standing = self
 
     def distance(self, points):
         return np.abs(points[:, 0] - 10.0)
