@@ -1,0 +1,28 @@
+"""Every fault once in a whole flight in virtual time, the phase and the autopilot taking turns.
+
+`python -m benchmarks.faults` flies all of them in every phase on both.
+"""
+
+import itertools
+
+import pytest
+
+from benchmarks.faults.matrix import FAULTS, MOMENTS, Cell, cells, fly_cell
+from sim_bridge.link_autopilot import Autopilot
+
+EVERY = set(cells(1))
+TURNS = itertools.cycle(itertools.product(MOMENTS[1:], Autopilot))
+CELLS = [
+    cell if (cell := Cell(fault, *turn, seed=0)) in EVERY else Cell(fault, MOMENTS[0], turn[1], seed=0)
+    for fault, turn in zip(FAULTS, TURNS, strict=False)
+]
+
+
+@pytest.mark.parametrize("cell", CELLS, ids=lambda cell: f"{cell.fault}, {cell.moment}, {cell.autopilot.name.lower()}")
+def test_a_fault_in_flight_breaks_nothing(cell):
+    _, _, broken = fly_cell(cell)
+    assert broken == ()
+
+
+def test_every_fault_is_flown():
+    assert {cell.fault for cell in CELLS} == set(FAULTS)
