@@ -1,5 +1,7 @@
 """The vehicle's own parameters before arming: the built-in vehicles' defaults, and what a team may have changed."""
 
+from pathlib import Path
+
 import pytest
 
 from mission.events import Checked
@@ -151,3 +153,17 @@ def test_a_slower_vehicle_brakes_more_gently_and_is_called_home_earlier():
     flight.run_to(Phase.TRANSIT)
     assert flight.executive.course is not None
     assert flight.executive.course.max_acceleration_mps2 == 1.0
+
+
+def test_the_page_on_flying_gives_every_parameter_that_is_looked_at():
+    looked_at: set[str] = set()
+
+    def parameter(name):
+        looked_at.add(name)
+        return 0.0
+
+    for autopilot in Autopilot:
+        settings_of(autopilot, parameter, WANTED, NEAR)
+    page = (Path(__file__).parents[2] / "docs" / "flying.md").read_text(encoding="utf-8")
+    # Of a greatest and a usual acceleration the greatest counts; the other is read where there is none.
+    assert {name for name in looked_at - {"MPC_ACC_HOR"} if f"`{name}`" not in page} == set()
