@@ -260,9 +260,9 @@ class Executive:
         if self.phase is not Phase.TAKING_OFF or self._machine.stay.lasted_s(now_s) <= STREAM_FIRST_S:
             return False
         home_m = self._vehicle.home_m
-        if not readings.at_altitude(
-            state, home_m[2] if home_m is not None else 0.0, self.assignment.takeoff_altitude_m
-        ):
+        ground_up_m = home_m[2] if home_m is not None else 0.0
+        height_m = self.assignment.takeoff_altitude_m
+        if not readings.at_altitude(state, self._vehicle.mode_before, ground_up_m, height_m):
             return False
         by_mission = self.assignment.method is FlightMethod.MISSION
         return self._fire(Trigger.AT_ALTITUDE_MISSION if by_mission else Trigger.AT_ALTITUDE, now_s)

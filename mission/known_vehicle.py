@@ -19,6 +19,7 @@ class KnownVehicle:
         self._grounded_since_s: float | None = None
         self.state: VehicleState | None = None
         self.heard_s: float | None = None
+        self.mode_before = FlightMode.OTHER
         self.home_m: Vector | None = None
         self.consumption: Consumption | None = None
 
@@ -40,6 +41,8 @@ class KnownVehicle:
             phase: What the flight is doing meanwhile.
             now_s: Flight clock.
         """
+        if self.state is not None and self.state.mode is not state.mode:
+            self.mode_before = self.state.mode
         self.state, self.heard_s = state, now_s
         if state.landed is not LandedState.ON_GROUND:
             self._grounded_since_s = None

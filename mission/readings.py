@@ -6,6 +6,9 @@ from mission.phases import STREAMING, Phase, Trigger, expected_modes
 from mission.stay import Stay
 from sim_bridge.state import Command, FlightMode, LandedState, VehicleState
 
+_NEAR_M = 1.5
+_LEVEL_MPS = 0.3
+
 
 def obeyed(command: Command, state: VehicleState) -> bool:
     """Whether the vehicle does what the command asks, so that it need not be repeated."""
@@ -29,19 +32,29 @@ def obeyed(command: Command, state: VehicleState) -> bool:
             return state.mode in (FlightMode.MISSION, FlightMode.RETURN, FlightMode.LAND)
 
 
-def at_altitude(state: VehicleState, ground_up_m: float, height_m: float) -> bool:
+def at_altitude(state: VehicleState, mode_before: FlightMode, ground_up_m: float, height_m: float) -> bool:
     """Whether the climb is done: level at the height, or the autopilot says so by holding (as PX4 does).
+
+    Any other change of the mode is somebody else's, however high the vehicle is by then.
 
     Args:
         state: What the vehicle tells.
+        mode_before: The mode before the one it is in.
         ground_up_m: Height of its take-off place, mission frame.
         height_m: Height above it that was asked for.
     """
     if state.landed is LandedState.ON_GROUND:
         return False
     height = state.position_enu_m[2] - ground_up_m
-    near = abs(height - height_m) < min(1.5, 0.25 * height_m)
-    return near and (abs(state.velocity_enu_mps[2]) < 0.3 or state.mode is FlightMode.HOLD)
+    near = abs(height - height_m) < min(_NEAR_M, 0.25 * height_m)
+    level = abs(state.velocity_enu_mps[2]) < _LEVEL_MPS
+    match state.mode:
+        case FlightMode.TAKEOFF | FlightMode.EXTERNAL:
+            return near and level
+        case FlightMode.HOLD:
+            return near and mode_before is FlightMode.TAKEOFF
+        case _:
+            return False
 
 
 def motors(stay: Stay, state: VehicleState, now_s: float) -> Trigger | None:

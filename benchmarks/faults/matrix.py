@@ -29,6 +29,7 @@ from sim_bridge.faults import (
 from sim_bridge.link_autopilot import Autopilot
 from sim_bridge.state import FlightMode
 
+PX4_LEVELS_S = 3.0
 MOMENTS = ("take-off", "follow", "replan", "return")
 
 Make = Callable[[float, random.Random], AnyFault]
@@ -112,7 +113,9 @@ def begin_s(cell: Cell, rng: random.Random) -> float:
             # Ready, as it said, and yet it does not arm.
             return entered[Phase.ARMING] + 0.005
         case "take-off":
-            return rng.uniform(entered[Phase.TAKING_OFF] + 0.2, entered[Phase.ENTERING])
+            # PX4 ends a take-off by holding: a pilot who holds in its last moments cannot be told from that.
+            last_s = PX4_LEVELS_S if cell.fault == "pilot holds" and cell.autopilot is Autopilot.PX4 else 0.0
+            return rng.uniform(entered[Phase.TAKING_OFF] + 0.2, entered[Phase.ENTERING] - last_s)
         case "follow":
             return rng.uniform(entered[Phase.FOLLOWING] + 2.0, entered[Phase.TURNING_BACK] - 3.0)
         case "replan":

@@ -76,6 +76,11 @@ clearance_margin_m = 3.0
 takeoff_altitude_m = 10.0
 end = "return"
 """
+_PARAMETERS = {
+    # As docs/flying.md tells a team to set them: hold when the stream ends, return above everything that stands around.
+    Autopilot.PX4: (("COM_OBL_RC_ACT", 5.0), ("RTL_RETURN_ALT", 45.0)),
+    Autopilot.ARDUPILOT: (("RTL_ALT", 4500.0),),
+}
 CORNERS = np.array([[20.0, 20.0, 12.0], [95.0, 20.0, 12.0], [95.0, 75.0, 16.0], [30.0, 75.0, 14.0]])
 TICK_S = 0.01
 STREAM_S = 0.05
@@ -351,7 +356,7 @@ def _station(
     config = VehicleConfig(
         geodetic_from_enu(mission().home_enu_m, origin),
         ready_after_s=3.0,
-        parameters=(("COM_OBL_RC_ACT", 5.0),) if autopilot is Autopilot.PX4 else (),
+        parameters=_PARAMETERS[autopilot],
         wander_m=0.3,
         seed=seed,
     )

@@ -84,7 +84,9 @@ def killed_at(folder: Path, moment_s: float, changes: tuple[str, ...]) -> None:
     process = start_mission(fly(folder, changes))
     until_s = time.monotonic() + _LONGEST_HOST_S
     armed_s = None
-    with (_waited_for(folder / LOG_NAME, until_s)).open(encoding="utf-8") as log:
+    while process.poll() is None and not (folder / LOG_NAME).exists():
+        time.sleep(_LOOK_HOST_S)
+    with (folder / LOG_NAME).open(encoding="utf-8") as log:
         while process.poll() is None and time.monotonic() < until_s:
             line = log.readline()
             if not line.endswith("\n"):
@@ -97,12 +99,6 @@ def killed_at(folder: Path, moment_s: float, changes: tuple[str, ...]) -> None:
                     break
     process.kill()
     process.wait()
-
-
-def _waited_for(path: Path, until_s: float) -> Path:
-    while not path.exists() and time.monotonic() < until_s:
-        time.sleep(_LOOK_HOST_S)
-    return path
 
 
 def main() -> None:
