@@ -142,7 +142,6 @@ def stays_clear_of_obstacles(mission: Mission) -> Iterator[Finding]:
     from mission.solids import solids_of
     from planner.obstacles import ObstacleField
 
-    origin = mission.site.origin.point()
     keep_out_m = mission.keep_out_m
     fields: list[tuple[str, ObstacleField]] = []
     solids = []
@@ -151,7 +150,7 @@ def stays_clear_of_obstacles(mission: Mission) -> Iterator[Finding]:
     listed += [("no_fly", i, e) for i, e in enumerate(mission.no_fly)]
     for section, index, entry in listed:
         try:
-            shapes = solids_of(entry, origin)
+            shapes = solids_of(entry, mission)
         except ValueError as error:
             sound = False
             yield Finding(f"{section}.{index}.file", "", str(error))
@@ -164,7 +163,9 @@ def stays_clear_of_obstacles(mission: Mission) -> Iterator[Finding]:
     climb = np.arange(home[2] + keep_out_m, home[2] + mission.takeoff_altitude_m, CLIMB_STEP_M)
     if len(climb) and home[:2] != mission.planner.start_enu_m[:2]:
         column = np.column_stack([np.full((len(climb), 2), home[:2]), climb])
-        yield from _too_near("site.home_enu_m", spelled(home), "the climb above it", column, fields, keep_out_m)
+        # The climb begins on the ground, below every height that is kept above it.
+        standing = [(path, field.standing) for path, field in fields]
+        yield from _too_near("site.home_enu_m", spelled(home), "the climb above it", column, standing, keep_out_m)
     try:
         density = density_of(mission.information, mission.site)
     except ValueError as error:

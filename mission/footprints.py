@@ -38,11 +38,10 @@ def footprints_of(mission: Mission) -> list[Footprint]:
     Raises:
         ValueError: A file that cannot be used.
     """
-    origin = mission.site.origin.point()
     found = []
     for entries, no_fly in ((mission.obstacle, False), (mission.no_fly, True)):
         for entry in entries:
-            for shape in solids_of(entry, origin):
+            for shape in solids_of(entry, mission):
                 found += [Footprint(*outline, no_fly) for outline in _outline(shape)]
     return found
 
@@ -58,6 +57,9 @@ def _outline(shape: shapes.Obstacle) -> Iterator[tuple[Float[np.ndarray, "corner
             yield corners, float(low[2]), float(high[2])
         case shapes.Prism(polygon_m=polygon):
             yield polygon, shape.floor_m, shape.ceiling_m
+        case shapes.DistanceGrid() | shapes.HeightField():
+            # Drawn as a map of what is solid (`mission.relief`).
+            pass
 
 
 def _circle(center_m: Float[np.ndarray, "2"], radius_m: float) -> Float[np.ndarray, "corner 2"]:

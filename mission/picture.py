@@ -19,6 +19,7 @@ from matplotlib.path import Path as Outline
 
 from mission.fence import planned_fence
 from mission.footprints import Footprint, footprints_of
+from mission.relief import Relief, ground_of, relief_of
 from planner.plan import Candidate
 from planner.trajectory import Samples
 
@@ -136,6 +137,9 @@ def draw_ground(axis: Axes, mission: Mission, problem: Problem) -> None:
         interpolation="bilinear",
         zorder=0,
     )
+    relief = relief_of(problem)
+    if relief is not None:
+        _relief(axis, relief)
     for footprint in footprints_of(mission):
         _footprint(axis, footprint, float(low[2]), float(high[2]))
     fence = Polygon(planned_fence(mission.site), closed=True, fill=False, edgecolor=GOOD, linewidth=1.2)
@@ -172,6 +176,18 @@ def _map(axis: Axes, planned: Planned) -> None:
 def _bright(seen: np.ndarray) -> float:
     """Upper end of the colour scale: extreme cells must not turn the rest white, nor an even field dark."""
     return float(max(np.quantile(seen, 0.995), 4.0 * seen.mean()))
+
+
+def _relief(axis: Axes, relief: Relief) -> None:
+    """Measured obstacles as areas, and the ground as lines of equal height."""
+    for solid, color in ((relief.somewhere, LOW), (relief.everywhere, TALL)):
+        if solid.any():
+            axis.contourf(relief.east_m, relief.north_m, solid, levels=[0.5, 1.5], colors=[color], zorder=2)
+    if relief.ground_m is not None and np.ptp(relief.ground_m) > 0.0:
+        lines = axis.contour(
+            relief.east_m, relief.north_m, relief.ground_m, levels=8, colors=[INK], linewidths=0.5, alpha=0.5, zorder=2
+        )
+        axis.clabel(lines, fontsize=6, fmt="%g m")
 
 
 def _footprint(axis: Axes, footprint: Footprint, floor_m: float, ceiling_m: float) -> None:
@@ -219,10 +235,15 @@ def _legend(axis: Axes, planned: Planned) -> None:
     footprints = footprints_of(planned.mission)
     low, high = planned.problem.workspace.box_min_m[2], planned.problem.workspace.box_max_m[2]
     inside = [f for f in footprints if f.ceiling_m > low and f.floor_m < high]
-    if any(not f.no_fly and f.ceiling_m >= high and f.floor_m <= low for f in inside):
+    relief = relief_of(planned.problem)
+    through = relief is not None and relief.everywhere.any()
+    partly = relief is not None and (relief.somewhere & ~relief.everywhere).any()
+    if through or any(not f.no_fly and f.ceiling_m >= high and f.floor_m <= low for f in inside):
         entries.append(Patch(facecolor=TALL, label="obstacle, full height"))
-    if any(not f.no_fly and (f.ceiling_m < high or f.floor_m > low) for f in inside):
+    if partly or any(not f.no_fly and (f.ceiling_m < high or f.floor_m > low) for f in inside):
         entries.append(Patch(facecolor=LOW, label="obstacle, flown over or under"))
+    if relief is not None and relief.ground_m is not None:
+        entries.append(Line2D([], [], color=INK, linewidth=0.6, alpha=0.6, label="height of the ground"))
     if any(f.no_fly for f in inside):
         entries.append(Patch(facecolor="none", edgecolor=LIMIT, hatch="////", label="no-fly"))
     axis.legend(
@@ -259,6 +280,13 @@ def draw_limit(axis: Axes, value: float, label: str, above: bool = True) -> None
 def _altitude(axis: Axes, planned: Planned, samples: Samples) -> None:
     low, high = planned.problem.workspace.box_min_m[2], planned.problem.workspace.box_max_m[2]
     axis.plot(samples.time_s, samples.position_m[:, 2], color=LINE, linewidth=1.3, zorder=3)
+    ground = ground_of(planned.problem.obstacles)
+    if ground is not None:
+        below = np.asarray(ground.height_at(samples.position_m[:, :2]))
+        axis.fill_between(samples.time_s, low - (high - low), below, color=TALL, alpha=0.45, linewidth=0.0, zorder=1)
+        for kept in planned.problem.obstacles.span_m(samples.position_m[:, :2], planned.problem.keep_out_m):
+            if np.isfinite(kept).all():
+                axis.plot(samples.time_s, kept, color=LIMIT, linewidth=0.8, linestyle=(0, (5, 3)), zorder=2)
     draw_limit(axis, float(high), f"ceiling {high:g} m")
     draw_limit(axis, float(low), f"floor {low:g} m", above=False)
     room = 0.18 * (high - low)

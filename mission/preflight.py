@@ -45,9 +45,10 @@ def reach_of(problem: Problem, fence_m: Sequence[Corner], home_m: Vector) -> Rea
     ground = np.column_stack([east.ravel(), north.ravel()])
     ceiling_up_m = float(problem.workspace.box_max_m[2]) - home_m[2]
     clear_up_m = 0.0
+    solid = problem.obstacles.below_lids
     for height in np.arange(_SKYLINE_STEP_M, _HIGHEST_M, _SKYLINE_STEP_M):
         level = np.column_stack([ground, np.full(len(ground), home_m[2] + height)])
-        if np.asarray(problem.obstacles.distance(level)).min() < problem.keep_out_m:
+        if np.asarray(solid.distance(level)).min() < problem.keep_out_m:
             clear_up_m = float(height) + _SKYLINE_STEP_M
     return Reach(float(np.linalg.norm(corners - np.asarray(home_m[:2]), axis=1).max()), ceiling_up_m, clear_up_m)
 
@@ -92,7 +93,8 @@ def place_problems(state: VehicleState, home_m: Vector, problem: Problem, takeof
         east, north, up = state.position_enu_m
         heights = up + np.linspace(0.0, takeoff_altitude_m, 200)
         column = np.column_stack([np.full(200, east), np.full(200, north), heights])
-        clear = problem.obstacles.distance(column)
+        # The climb begins on the ground, below every height that is kept above it.
+        clear = problem.obstacles.standing.distance(column)
         if clear.min() < problem.keep_out_m:
             worst = int(clear.argmin())
             found.append(

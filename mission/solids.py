@@ -1,4 +1,4 @@
-"""`[[obstacle]]` and `[[no_fly]]` entries as shapes the planner measures distances to."""
+"""`[[obstacle]]` and `[[no_fly]]` entries as what the planner measures distances to."""
 
 from __future__ import annotations
 
@@ -10,21 +10,22 @@ from mission.buildings import read_buildings
 from mission.mission_file import Mission
 from mission.mission_file import obstacle as entries
 from mission.mission_file.obstacle import NoFly, Obstacle
+from mission.scans import Frame, grid_of, surfaces_of
 from planner import obstacles as shapes
 from planner.obstacles import ObstacleField
-from sim_bridge.state import GeodeticPoint
 
 
-def solids_of(entry: Obstacle | NoFly, origin: GeodeticPoint) -> tuple[shapes.Obstacle, ...]:
-    """The shapes of one entry.
+def solids_of(entry: Obstacle | NoFly, mission: Mission) -> tuple[shapes.Obstacle, ...]:
+    """What one entry of a mission stands for.
 
     Args:
-        entry: From the mission file.
-        origin: Of the local frame; files with longitude and latitude need it.
+        entry: One of its obstacles or no-fly volumes.
+        mission: Its origin, its site, and what it keeps from obstacles.
 
     Raises:
         ValueError: A file that cannot be used.
     """
+    origin = mission.site.origin.point()
     match entry:
         case entries.Sphere():
             return (shapes.Sphere(np.array(entry.center_enu_m), entry.radius_m),)
@@ -39,26 +40,35 @@ def solids_of(entry: Obstacle | NoFly, origin: GeodeticPoint) -> tuple[shapes.Ob
                 shapes.Prism(building.polygon_m, building.floor_m, building.ceiling_m)
                 for building in read_buildings(entry, origin)
             )
-        case entries.Points() | entries.Mesh() | entries.Voxels() | entries.Terrain():
-            raise ValueError(
-                f'obstacles of kind "{entry.kind}" cannot be planned around by this version: describe it with spheres, '
-                "cylinders, boxes, prisms or GeoJSON"
-            )
+        case entries.Points() | entries.Mesh() | entries.Voxels():
+            return (grid_of(entry, frame_of(mission)),)
+        case entries.Terrain():
+            return surfaces_of(entry, frame_of(mission))
+
+
+def frame_of(mission: Mission) -> Frame:
+    """Where files of obstacles are put: distances are wanted in the box, at home and in the climb above it."""
+    box_min, box_max = mission.site.box_m
+    east, north, up = mission.home_enu_m
+    low_m, high_m = (
+        (min(box_min[0], east), min(box_min[1], north), min(box_min[2], up)),
+        (max(box_max[0], east), max(box_max[1], north), max(box_max[2], up + mission.takeoff_altitude_m)),
+    )
+    return Frame(mission.site.origin.point(), low_m, high_m, mission.keep_out_m)
 
 
 def solids_in(mission: Mission) -> Iterator[shapes.Obstacle]:
-    """Every shape of a mission, no-fly volumes too.
+    """Everything that a mission stays away from, no-fly volumes too.
 
     Raises:
         ValueError: A file that cannot be used.
     """
-    origin = mission.site.origin.point()
     for entry in (*mission.obstacle, *mission.no_fly):
-        yield from solids_of(entry, origin)
+        yield from solids_of(entry, mission)
 
 
 def obstacle_field_of(mission: Mission) -> ObstacleField:
-    """Every shape of a mission as one signed distance.
+    """The same as one signed distance.
 
     Raises:
         ValueError: A file that cannot be used.

@@ -15,12 +15,16 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 from jaxtyping import Float, Int
+from scipy.ndimage import binary_erosion
 
 from mission.fence import autopilot_fence
 from mission.flight_log import FlightLog
 from mission.mission_file import Mission
+from mission.relief import ground_of
 from mission.solids import solids_in
-from planner.obstacles import Box, Cylinder, Prism, Sphere
+from planner.distance_grid import DistanceGrid
+from planner.height_field import HeightField
+from planner.obstacles import Box, Cylinder, ObstacleField, Prism, Sphere
 from planner.problem import Problem
 from planner.trajectory import Trajectory
 
@@ -182,6 +186,33 @@ def _log_obstacles(recording: rr.RecordingStream, mission: Mission) -> None:
         vertices, triangles = prism_mesh(prism)
         shown = rr.Mesh3D(vertex_positions=vertices, triangle_indices=triangles, albedo_factor=_SOLID)
         recording.log(f"world/obstacles/prism_{index}", shown, static=True)
+    for index, grid in enumerate(solid for solid in solids if isinstance(solid, DistanceGrid)):
+        places, cell_m = surface_of(grid)
+        shown = rr.Points3D(places, radii=0.5 * cell_m, colors=[_SOLID])
+        recording.log(f"world/obstacles/grid_{index}", shown, static=True)
+    ground = ground_of(ObstacleField.of(solids))
+    if ground is not None:
+        vertices, triangles = ground_mesh(ground)
+        shown = rr.Mesh3D(vertex_positions=vertices, triangle_indices=triangles, albedo_factor=_SOLID)
+        recording.log("world/ground", shown, static=True)
+
+
+def surface_of(grid: DistanceGrid) -> tuple[Float[np.ndarray, "node 3"], float]:
+    """Nodes of a grid that are solid and have air beside them, and the distance between nodes."""
+    solid = np.asarray(grid.values_m) <= 0.0
+    skin = solid & ~binary_erosion(solid)
+    return np.asarray(grid.low_m) + np.argwhere(skin) * np.asarray(grid.cell_m), float(np.max(grid.cell_m))
+
+
+def ground_mesh(ground: HeightField) -> tuple[Float[np.ndarray, "vertex 3"], Int[np.ndarray, "triangle 3"]]:
+    """The ground as triangles, two to each square of posts."""
+    east, north = np.indices(ground.heights_m.shape)
+    places = np.asarray(ground.low_m) + np.stack([east, north], axis=-1) * np.asarray(ground.post_m)
+    number = np.arange(ground.heights_m.size).reshape(ground.heights_m.shape)
+    corners = (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:])
+    west, south, far, upper = (corner.ravel() for corner in corners)
+    triangles = np.concatenate([np.column_stack([west, south, far]), np.column_stack([west, far, upper])])
+    return np.concatenate([places, np.asarray(ground.heights_m)[..., None]], axis=-1).reshape(-1, 3), triangles
 
 
 def prism_mesh(prism: Prism) -> tuple[Float[np.ndarray, "vertex 3"], Int[np.ndarray, "triangle 3"]]:

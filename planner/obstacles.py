@@ -1,6 +1,7 @@
 """What to stay away from, as signed distances in metres: negative inside, with finite derivatives everywhere.
 
-Shapes are exact; whatever else (voxels, points, meshes, terrain) is a grid of distances (`planner.distance_grid`).
+Shapes are exact; voxels, points and meshes are grids of distances (`planner.distance_grid`), terrain and the heights
+kept above it are surfaces (`planner.height_field`).
 
 One formula a kind serves both the proof (numpy, double precision) and the optimiser (jax, single precision, inside jit,
 vmap and grad). Over many obstacles the nearest is found without derivatives and measured again with them: the
@@ -22,6 +23,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from planner.distance_grid import DistanceGrid
+from planner.height_field import HeightField
 from planner.polygon import FAR_M, AnyArray, Prisms, Values, checked_polygon, extruded, padded_count, safe_sqrt
 
 FEWEST_OF_A_KIND = 4
@@ -107,7 +109,7 @@ class Prism:
         _positive("ceiling_m - floor_m", self.ceiling_m - self.floor_m)
 
 
-Obstacle = Sphere | Cylinder | Box | Prism | DistanceGrid
+Obstacle = Sphere | Cylinder | Box | Prism | DistanceGrid | HeightField
 
 
 class Spheres(eqx.Module):
@@ -186,6 +188,7 @@ class ObstacleField(eqx.Module):
         boxes: Boxes along the axes.
         prisms: Upright prisms.
         grids: Anything else.
+        surfaces: The ground, and the band of heights above it that paths keep.
     """
 
     spheres: Spheres
@@ -193,6 +196,7 @@ class ObstacleField(eqx.Module):
     boxes: Boxes
     prisms: Prisms
     grids: tuple[DistanceGrid, ...]
+    surfaces: tuple[HeightField, ...] = ()
 
     @classmethod
     def of(cls, obstacles: Iterable[Obstacle]) -> ObstacleField:
@@ -205,7 +209,26 @@ class ObstacleField(eqx.Module):
             Boxes.of([o for o in listed if isinstance(o, Box)]),
             Prisms.of([p.polygon_m for p in prisms], [p.floor_m for p in prisms], [p.ceiling_m for p in prisms]),
             tuple(o for o in listed if isinstance(o, DistanceGrid)),
+            tuple(o for o in listed if isinstance(o, HeightField)),
         )
+
+    @property
+    def standing(self) -> ObstacleField:
+        """What stands on the ground or hangs in the air, without the ground itself and heights kept above it."""
+        return dataclasses.replace(self, surfaces=())
+
+    @property
+    def below_lids(self) -> ObstacleField:
+        """Everything but greatest heights above the ground: what a way high above it is to be kept from."""
+        return dataclasses.replace(self, surfaces=tuple(one for one in self.surfaces if one.side > 0))
+
+    def span_m(self, places_m: Float[np.ndarray, "*batch 2"], away_m: float) -> tuple[np.ndarray, np.ndarray]:
+        """Lowest and highest heights that are so far from every surface, at places of shape (..., 2)."""
+        low, high = np.full(places_m.shape[:-1], -np.inf), np.full(places_m.shape[:-1], np.inf)
+        for surface in self.surfaces:
+            height = surface.free_from_m(places_m, away_m)
+            low, high = (np.maximum(low, height), high) if surface.side > 0 else (low, np.minimum(high, height))
+        return low, high
 
     @property
     def is_empty(self) -> bool:
@@ -224,14 +247,14 @@ class ObstacleField(eqx.Module):
         """
         least: Values = self._to_shapes(points_m)
         minimum = np.minimum if isinstance(points_m, np.ndarray) else jnp.minimum
-        for grid in self.grids:
+        for grid in (*self.grids, *self.surfaces):
             least = minimum(least, grid.distance(points_m))
         return least
 
     def lower_bound(self, points_m: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch"]:
         """The most that is proven of the distance, on the host: exact for shapes, for grids what the nodes prove."""
         least = self._to_shapes(points_m)
-        for grid in self.grids:
+        for grid in (*self.grids, *self.surfaces):
             least = np.minimum(least, grid.lower_bound(points_m))
         return least
 

@@ -127,6 +127,8 @@ class _Work:
         if self.options.modes[2] == 1:
             # Nothing is to be gained by altitude: paths climb only where something is in the way.
             paths = [self._levelled(path) for path in paths]
+        if self.problem.obstacles.surfaces:
+            paths = [self._over_ground(path) for path in paths]
         return np.stack([self._free_along(path) for path in paths])
 
     def offer(self, particles: Particles) -> None:
@@ -206,6 +208,13 @@ class _Work:
     def _levelled(self, path_m: Float[np.ndarray, "moment 3"]) -> Float[np.ndarray, "moment 3"]:
         start, end = self.problem.start.position_m, self.problem.end_position_m
         up = np.linspace(start[2], start[2] if end is None else end[2], len(path_m))
+        return np.column_stack([path_m[:, :2], up])
+
+    def _over_ground(self, path_m: Float[np.ndarray, "moment 3"]) -> Float[np.ndarray, "moment 3"]:
+        """The same way on the map, no lower and no higher than the ground below it allows."""
+        low, high = self.problem.obstacles.span_m(path_m[:, :2], self.problem.keep_out_m)
+        up = np.where(low <= high, np.clip(path_m[:, 2], low, high), 0.5 * (low + high))
+        up = np.clip(up, self.problem.workspace.box_min_m[2], self.problem.workspace.box_max_m[2])
         return np.column_stack([path_m[:, :2], up])
 
     def _free_along(self, path_m: Float[np.ndarray, "moment 3"]) -> Float[np.ndarray, "free 3"]:

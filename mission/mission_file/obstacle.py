@@ -163,6 +163,18 @@ class Terrain(Section):
     """Where the middle of the raster lies; absent: at the origin. A GeoTIFF lies where it says."""
     heights: Literal["above-origin", "above-sea-level"] = "above-sea-level"
     """What the heights are measured from."""
+    least_height_m: Annotated[Length | None, Field(examples=[40.0])] = None
+    """Least height above the ground that paths keep; absent: clearance alone counts."""
+    greatest_height_m: Annotated[Length | None, Field(examples=[120.0])] = None
+    """Greatest height above the ground that paths keep; absent: no limit but the box."""
+
+    def findings(self) -> Iterator[Finding]:
+        """The least height below the greatest."""
+        least, greatest = self.least_height_m, self.greatest_height_m
+        if least is not None and greatest is not None and not least < greatest:
+            yield Finding(
+                "greatest_height_m", f"{greatest:g}", f"must be greater than least_height_m, which is {least:g}"
+            )
 
 
 Obstacle = Annotated[

@@ -179,12 +179,6 @@ def test_bad_buildings_are_refused(fault, sound, tmp_path):
     assert words in refused([sound, "--set", entry])["obstacle.0.file"]
 
 
-def test_obstacles_that_cannot_be_planned_around_are_refused_and_not_ignored(sound, tmp_path):
-    (tmp_path / "scan.csv").write_text("east_m,north_m,up_m\n1,2,3\n")
-    found = refused([sound, "--set", f"obstacle=[{{kind='points', file='{tmp_path / 'scan.csv'}', radius_m=1}}]"])
-    assert "cannot be planned around" in found["obstacle.0.file"]
-
-
 @pytest.mark.parametrize(
     ("content", "words"),
     [
