@@ -18,6 +18,8 @@ def climbing(mode: FlightMode, up_m: float = 9.5, climb_mps: float = 0.0) -> Veh
         landed=LandedState.IN_AIR,
         battery_fraction=0.9,
         waiting_for=(),
+        failsafe=False,
+        home_enu_m=(0.0, 0.0, 0.0),
     )
 
 
