@@ -1,16 +1,15 @@
 """The flight executive: a state machine without clocks, sockets or threads.
 
-Events come in with the moment they happened; actions come out. This file turns what is heard into triggers;
-`mission.phases.TABLE` says which phase follows which, and `mission.phase_machine` takes its rows. What telemetry alarms
-at is in `mission.monitors`, what it means in `mission.readings`. All times are seconds of the flight clock: the
-vehicle's time, made continuous.
+Events come in with the moment they happened; actions come out. This file turns what the ground says and what time
+brings into triggers, `mission.hearing` what the vehicle says; `mission.phases.TABLE` says which phase follows which,
+and `mission.phase_machine` takes its rows. All times are seconds of the flight clock: the vehicle's time, made
+continuous.
 """
 
 from __future__ import annotations
 
 import dataclasses
 
-from mission import readings
 from mission.course import Course
 from mission.course_keeper import CourseKeeper
 from mission.events import (
@@ -21,7 +20,6 @@ from mission.events import (
     CourseBlocked,
     Event,
     FlightEnd,
-    FlightMethod,
     NewCourse,
     Operator,
     Order,
@@ -29,13 +27,14 @@ from mission.events import (
     StreamFailed,
     WayFound,
 )
+from mission.hearing import Hearing
 from mission.known_vehicle import KnownVehicle
-from mission.link_watch import LINK_LOST_S, NOTICED_S, LinkWatch, Silence
-from mission.monitors import Alarm, Monitors
+from mission.link_watch import LinkWatch, Silence
+from mission.monitors import Monitors
 from mission.phase_machine import GOAL, PhaseMachine
-from mission.phases import AIRBORNE, FINAL, HOMEWARD, ON_COURSE, STREAMING, Phase, Trigger, order_of
+from mission.phases import FINAL, ON_COURSE, Phase, Trigger
 from mission.standing_order import STREAM_FIRST_S, StandingOrder
-from mission.stay import MODE_GRACE_S, limit_s
+from mission.stay import limit_s
 from planner.trajectory import Trajectory
 from sim_bridge.state import (
     Command,
@@ -47,14 +46,6 @@ from sim_bridge.state import (
     Waiting,
 )
 
-_ALARM_INTERVAL_S = 0.1
-_BEHIND_SHARE = 0.2
-_ALARM_TRIGGER = {
-    Alarm.OUTSIDE: Trigger.OUTSIDE,
-    Alarm.BATTERY_LOW: Trigger.BATTERY_LOW,
-    Alarm.TOO_CLOSE: Trigger.TOO_CLOSE,
-    Alarm.OFF_TRACK: Trigger.OFF_TRACK,
-}
 _END_TRIGGER = {
     FlightEnd.RETURN: Trigger.EXPLORED,
     FlightEnd.LAND: Trigger.EXPLORED_LAND,
@@ -82,19 +73,25 @@ class Executive:
         patience: float = 1.0,
     ) -> None:
         self.assignment = assignment
-        self.monitors = monitors
-        self.offboard_lost = 0
         self._patience = max(1.0, patience)
         self._vehicle = KnownVehicle(monitors.energy)
         self._keeper = CourseKeeper(assignment, from_s)
         self._order = StandingOrder(assignment.takeoff_altitude_m, self._patience)
         self._link = LinkWatch(now_s, self._patience)
         self._machine = PhaseMachine(assignment, self._vehicle, self._keeper, self._order, now_s)
-        self._alarmed_s = now_s
-        self._charge_told = False
+        self._hearing = Hearing(
+            assignment,
+            monitors,
+            self._vehicle,
+            self._link,
+            self._keeper,
+            self._order,
+            self._machine,
+            now_s,
+            self._patience,
+        )
         self._last_item: int | None = None
         self._reached: int | None = None
-        self._waiting_for: tuple[str, ...] = ()
 
     @property
     def phase(self) -> Phase:
@@ -105,6 +102,16 @@ class Executive:
     def why(self) -> str:
         """Why it does that."""
         return self._machine.why
+
+    @property
+    def monitors(self) -> Monitors:
+        """What telemetry is held against."""
+        return self._hearing.monitors
+
+    @property
+    def offboard_lost(self) -> int:
+        """How often setpoints were not followed any more."""
+        return self._hearing.offboard_lost
 
     @property
     def state(self) -> VehicleState | None:
@@ -148,10 +155,10 @@ class Executive:
         """
         match event:
             case VehicleState():
-                self._hear(event, now_s)
+                self._hearing.hear(event, now_s)
             case Waiting():
                 self._link.heard(now_s)
-                self._tell_waiting(event.waiting_for)
+                self._hearing.waits(event.waiting_for)
             case StatusText():
                 self._machine.say(f"vehicle: {event.text}", warning=event.severity <= 4)
             case Connected():
@@ -210,102 +217,7 @@ class Executive:
     def _fire(self, trigger: Trigger, now_s: float) -> bool:
         return self._machine.fire(trigger, now_s)
 
-    # What the vehicle says.
-
-    def _hear(self, state: VehicleState, now_s: float) -> None:
-        silent_s = now_s - (self._vehicle.heard_s or now_s)
-        if silent_s > LINK_LOST_S * self._patience:
-            self._machine.say(f"heard again after {silent_s:.1f} s of silence", warning=True)
-        self._link.stated(now_s)
-        self._vehicle.hear(state, self.phase, now_s)
-        match self.phase:
-            case Phase.CONNECTING | Phase.WAITING_READY:
-                self._fire(Trigger.CONNECTED, now_s)
-                self._tell_waiting(state.waiting_for)
-                if state.ready or state.aloft:
-                    self._fire(Trigger.READY, now_s)
-            case Phase.BLIND:
-                self._heard_again(state, silent_s, now_s)
-            case _:
-                self._catch_up(state, silent_s, now_s)
-                if (trigger := readings.motors(self._machine.stay, state, now_s)) is not None:
-                    self._fire(trigger, now_s)
-                self._watch_mode(state, now_s)
-                self._watch_alarms(state, now_s)
-
-    def _heard_again(self, state: VehicleState, silent_s: float, now_s: float) -> None:
-        """Go on with a vehicle that was not heard: along the course, or by a new way where it is not on it."""
-        trigger = self._link.heard_again(state)
-        phase = self._machine.interruption.interrupted_by(Phase.BLIND) if self.phase is Phase.BLIND else self.phase
-        self.offboard_lost += trigger is not Trigger.LINK_BACK
-        if trigger is Trigger.LINK_BACK and (phase in ON_COURSE or phase is Phase.HOLDING):
-            apart_m = self._keeper.fall_back(state, silent_s, now_s)
-            if apart_m > self.monitors.max_track_error_m:
-                trigger = Trigger.LINK_BACK_HOLDING
-        if trigger is Trigger.LINK_BACK_HOLDING and phase in HOMEWARD:
-            trigger = Trigger.LINK_BACK_HOMEWARD
-        self._fire(trigger, now_s)
-
-    def _catch_up(self, state: VehicleState, silent_s: float, now_s: float) -> None:
-        """After a silence too short to be noticed, do not have the vehicle run after a course that went on."""
-        if self.phase not in ON_COURSE or silent_s < NOTICED_S:
-            return
-        if self._keeper.lag_m(state, now_s) > _BEHIND_SHARE * self.monitors.max_track_error_m:
-            self._keeper.fall_back(state, silent_s, now_s)
-            self._keeper.resume(now_s)
-            self._machine.stream()
-
-    def _climbed(self, state: VehicleState, now_s: float) -> bool:
-        """Go on from the take-off, if it is done; PX4 then holds, which anywhere else is somebody else's doing."""
-        if self.phase is not Phase.TAKING_OFF or self._machine.stay.lasted_s(now_s) <= STREAM_FIRST_S:
-            return False
-        home_m = self._vehicle.home_m
-        ground_up_m = home_m[2] if home_m is not None else 0.0
-        height_m = self.assignment.takeoff_altitude_m
-        if not readings.at_altitude(state, self._vehicle.mode_before, ground_up_m, height_m):
-            return False
-        by_mission = self.assignment.method is FlightMethod.MISSION
-        return self._fire(Trigger.AT_ALTITUDE_MISSION if by_mission else Trigger.AT_ALTITUDE, now_s)
-
-    def _watch_mode(self, state: VehicleState, now_s: float) -> None:
-        if self._climbed(state, now_s):
-            return
-        stay, command = self._machine.stay, order_of(self.phase)
-        # An order that was not taken yet leaves the mode as it was.
-        due_s = self._order.taken_s if command is not None else stay.since_s
-        settled = due_s is not None and now_s - due_s > MODE_GRACE_S
-        if not readings.mode_is_ours(stay, settled, state):
-            if self.phase in STREAMING and state.failsafe and self._link.lately_silent(now_s):
-                self._heard_again(state, 0.0, now_s)
-                return
-            self.offboard_lost += readings.counts_as_lost_stream(self.phase)
-            self._machine.say(f"the mode is {state.mode_name}, which was not asked for here", warning=True)
-            self._fire(readings.taken_over_by(state), now_s)
-            return
-        if self.phase not in STREAMING and self.course is not None and command and readings.obeyed(command, state):
-            # Setpoints go on until the vehicle has taken the mode that does without them.
-            self._machine.stop_stream()
-        if self.phase is Phase.HANDING_OVER and state.mode is FlightMode.HOLD:
-            self._fire(Trigger.MODE_TAKEN, now_s)
-
-    def _watch_alarms(self, state: VehicleState, now_s: float) -> None:
-        if self.phase not in AIRBORNE or self.phase is Phase.LANDING or now_s - self._alarmed_s < _ALARM_INTERVAL_S:
-            return
-        self._alarmed_s = now_s
-        vehicle, interruption = self._vehicle, self._machine.interruption
-        point = self.course.at(now_s) if self.course is not None and self.phase in STREAMING else None
-        alarms = self.monitors.alarms(state, vehicle.home_m, vehicle.consumption, point)
-        for alarm in alarms:
-            if self._fire(_ALARM_TRIGGER[alarm], now_s):
-                return
-        if Alarm.BATTERY_LOW in alarms and not self._charge_told:
-            self._charge_told = True
-            self._machine.say("the charge left is less than the way home needs", warning=True)
-        if self.phase is Phase.HOLDING and interruption.passes:
-            near = Alarm.TOO_CLOSE in alarms or Alarm.OFF_TRACK in alarms
-            trigger = interruption.observe(not near and self._keeper.stands(now_s), now_s)
-            if trigger is not None:
-                self._fire(trigger, now_s)
+    # What is said: by the vehicle about its orders, by the operator, checks, ways, replans, the stream's own watchdog.
 
     def _command_done(self, done: CommandDone, now_s: float) -> None:
         if not self._order.answered(done, self.phase, now_s):
@@ -313,13 +225,6 @@ class Executive:
         self._machine.say(f"the vehicle did not {done.command.value}: {done.reason}", warning=True)
         if done.command is Command.RETURN and self.phase is Phase.VEHICLE_RETURN:
             self._fire(Trigger.TIMED_OUT, now_s)
-
-    def _tell_waiting(self, waiting_for: tuple[str, ...]) -> None:
-        if waiting_for and waiting_for != self._waiting_for and self.phase is Phase.WAITING_READY:
-            self._machine.say("waiting for " + ", ".join(waiting_for))
-            self._waiting_for = waiting_for
-
-    # What the ground says: the operator, checks, ways, replans, the stream's own watchdog.
 
     def _operate(self, wish: Operator, now_s: float) -> None:
         if wish is Operator.RESUME and self.held_by_block:
@@ -337,7 +242,7 @@ class Executive:
         if checked.limits is not None:
             self._keeper.keep_to(checked.limits)
             energy = self.monitors.energy.within(checked.limits)
-            self.monitors = dataclasses.replace(self.monitors, energy=energy)
+            self._hearing.monitors = dataclasses.replace(self.monitors, energy=energy)
         self._last_item = checked.last_item
         passed = Trigger.CHECKS_PASSED_ALOFT if self._vehicle.aloft else Trigger.CHECKS_PASSED
         self._fire(Trigger.CHECKS_FAILED if checked.problems else passed, now_s)
