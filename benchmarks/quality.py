@@ -35,6 +35,8 @@ CUBE = Workspace(np.zeros(3), np.ones(3))
 DURATION_S = 100.0
 ROWS = (4, 5, 6, 8)
 MIXTURES = 20
+# A path that begins and ends at rest is shorter than its greatest speed makes it: plain SVGD's knows no rest.
+REACH = 1.08
 
 
 def problem_of(workspace: Workspace, information: DensityGrid, length: float, start: np.ndarray) -> Problem:
@@ -102,7 +104,9 @@ def best_within(problem: Problem, options: Options, limit_s: float | None) -> Ca
         return limit_s is not None and time.perf_counter() - started_s >= limit_s
 
     for seed in itertools.count(options.seed):
-        plan = solve(problem, dataclasses.replace(options, seed=seed), out_of_time=over)
+        first = seed == options.seed
+        # A first solve is let finish: on a busy machine the same work takes now more and now less time.
+        plan = solve(problem, dataclasses.replace(options, seed=seed), out_of_time=_never if first else over)
         if plan.selected is not None and (best is None or plan.best.ergodic_metric < best.ergodic_metric):
             best = plan.best
         if limit_s is None or over():
@@ -110,76 +114,87 @@ def best_within(problem: Problem, options: Options, limit_s: float | None) -> Ca
     raise AssertionError("counting has no end")
 
 
-def mixture(box: Workspace, seed: int) -> Problem:
-    """Two to four peaks, and a path at most five sides long."""
+def _never() -> bool:
+    return False
+
+
+def mixture(box: Workspace, seed: int) -> DensityGrid:
+    """Two to four peaks."""
     rng = np.random.default_rng(seed)
     count = int(rng.integers(2, 5))
     mean = rng.uniform(0.15, 0.85, (count, 3)) * box.lengths_m
     std = rng.uniform(0.05, 0.15, (count, 3)) * box.lengths_m
-    information = gaussians(box, mean, std, rng.uniform(0.3, 1.0, count), (64, 64, 32))
-    return problem_of(box, information, 5.0, np.full(3, 0.1) * box.lengths_m)
+    return gaussians(box, mean, std, rng.uniform(0.3, 1.0, count), (64, 64, 32))
 
 
-def svgd_within(problem: Problem, options: Options, limit_s: float) -> float:
-    """E over that of the lawnmower of its own length, of the best waypoints that plain RBF-SVGD finds in a time.
+def svgd_within(information: DensityGrid, options: Options, limit_s: float) -> tuple[float, float]:
+    """E and length (unit cube) of the best waypoints that plain RBF-SVGD finds, from new start sets, in a time.
 
     Its waypoints keep to the box and to nothing else, so that they are compared, but could not be flown.
     """
-    metric = SpectralMetric.of(problem.information.coefficients(options.modes), options.metric_weights)
+    metric = SpectralMetric.of(information.coefficients(options.modes), options.metric_weights)
     weight, axes = jnp.full(SAMPLES, 1.0 / SAMPLES), 3 if options.modes[2] > 1 else 2
-    lowest, path, started_s = np.inf, np.zeros((0, 3)), time.perf_counter()
+    lowest, length, started_s = np.inf, np.nan, time.perf_counter()
     for seed in itertools.count():
         found = plain_svgd(metric, jnp.asarray(random_set(metric, axes, seed)), axes)
         inside = jnp.clip(found, 0.0, 1.0)
         figures = np.asarray(metrics_of(metric, inside, weight))
-        if np.nanmin(figures) < lowest:
-            lowest, path = float(np.nanmin(figures)), np.asarray(inside[int(np.nanargmin(figures))])
+        best = int(np.nanargmin(figures))
+        if figures[best] < lowest:
+            lowest, length = float(figures[best]), length_of(np.asarray(inside[best, :, :axes]))
         if time.perf_counter() - started_s >= limit_s:
-            break
-    length_m = length_of(problem.workspace.enu_from_unit(path)[:, :axes])
-    lawnmower, _ = lawnmower_ergodic_metric(problem, Judge(problem, options).ergodic_metric, length_m)
-    return lowest / lawnmower
+            return lowest, length
+    raise AssertionError("counting has no end")
 
 
 metrics_of = jax.jit(lambda metric, paths, weight: jax.vmap(lambda path: metric(path, weight))(paths))
 
 
 def peaked() -> None:
-    """Random mixtures: the best of eight, and what others make of the same time."""
-    print(f"\npeaked targets, {MIXTURES} random mixtures, best of 8, equal wall time. E over that of the lawnmower of")
-    print("the path's own length: medians, in brackets how often the product's is lower\n")
-    print("| | product | at most a fifth | independent descent | SVES as printed, proven | plain SVGD | time |")
-    print("|---|---|---|---|---|---|---|")
+    """Random mixtures: the best of eight, and what others make of the same time and length."""
+    print(f"\npeaked targets, {MIXTURES} random mixtures, best of 8, the product's wall time for each, paths no longer")
+    print("than plain SVGD's: the product's E over another's, medians, in brackets how often it is lower\n")
+    print(
+        "| | length, SVGD | product | over lawnmower's | at most 1/5 | over independent descent's "
+        "| over SVES's, proven | over plain SVGD's | time |\n|---|---|---|---|---|---|---|---|---|"
+    )
     for name, box, modes in (("square", FLAT, (8, 8, 1)), ("cube", CUBE, (8, 8, 8))):
         options = Options(candidates=8, modes=modes)
         rivals = {
             "identity": dataclasses.replace(options, kernel=Kernel.IDENTITY),
             "sves": dataclasses.replace(options, method=Method.SVES, kernel=Kernel.RBF),
         }
-        for compiled in (options, *rivals.values()):
-            solve(mixture(box, 0), compiled)
-        svgd_within(mixture(box, 0), options, 0.0)
-        ratios: dict[str, list[float]] = {"product": [], "identity": [], "sves": [], "svgd": []}
-        spent_s = []
-        for seed in range(MIXTURES):
-            problem = mixture(box, seed)
+        ratios: dict[str, list[float]] = {"lawnmower": [], "identity": [], "sves": [], "svgd": []}
+        figures: list[tuple[float, float, float]] = []
+        for seed in range(-1, MIXTURES):
+            information = mixture(box, max(seed, 0))
+            _, svgd_length = svgd_within(information, options, 0.0)
+            start = np.full(3, 0.1) * box.lengths_m
+            problem = problem_of(box, information, REACH * svgd_length, start)
             judge = Judge(problem, options)
             with without_baseline():
                 started_s = time.perf_counter()
                 product = best_within(problem, options, None)
-                spent_s.append(time.perf_counter() - started_s)
-                found = {rival: best_within(problem, changed, spent_s[-1]) for rival, changed in rivals.items()}
-            for column, candidate in (("product", product), *found.items()):
-                ratios[column].append(over_lawnmower(judge, problem, candidate))
-            ratios["svgd"].append(svgd_within(problem, options, spent_s[-1]))
-        product_ratios = np.array(ratios["product"])
-        cells = " | ".join(
-            f"{np.median(ratios[rival]):.3f} ({int((product_ratios < np.array(ratios[rival])).sum())}/{MIXTURES})"
-            for rival in ("identity", "sves", "svgd")
-        )
-        fifth = int((product_ratios <= 0.2).sum())
+                spent_s = time.perf_counter() - started_s
+                found = {rival: best_within(problem, changed, spent_s) for rival, changed in rivals.items()}
+            others = {rival: np.inf if one is None else one.ergodic_metric for rival, one in found.items()}
+            others["svgd"], svgd_length = svgd_within(information, options, spent_s)
+            # The first run compiles.
+            if seed < 0:
+                continue
+            mine = np.inf if product is None else product.ergodic_metric
+            ratios["lawnmower"].append(over_lawnmower(judge, problem, product))
+            for rival, theirs in others.items():
+                ratios[rival].append(mine / theirs)
+            figures.append((svgd_length, np.nan if product is None else product.report.length_m, spent_s))
+        middle = {rival: float(np.median(values)) for rival, values in ratios.items()}
+        wins = {rival: int((np.array(values) < 1.0).sum()) for rival, values in ratios.items()}
+        lengths = np.nanmedian(figures, axis=0)
+        cells = " | ".join(f"{middle[rival]:.3f} ({wins[rival]}/{MIXTURES})" for rival in ("identity", "sves", "svgd"))
+        fifth = int((np.array(ratios["lawnmower"]) <= 0.2).sum())
         print(
-            f"| {name} | {np.median(product_ratios):.3f} | {fifth}/{MIXTURES} | {cells} | {np.median(spent_s):.2f} s |",
+            f"| {name} | {lengths[0]:.2f} | {lengths[1]:.2f} | {middle['lawnmower']:.3f} | {fifth}/{MIXTURES} "
+            f"| {cells} | {lengths[2]:.2f} s |",
             flush=True,
         )
 

@@ -32,23 +32,32 @@ def row(name: str, outcomes: list[Outcome]) -> str:
     )
 
 
+def tell(outcomes: list[Outcome]) -> None:
+    """A line where the last world has no plan or an unsound one, and now and then how far it is."""
+    last = outcomes[-1]
+    if not last.planned or last.unsound:
+        known = "a simple tour" if last.simple else "a way around" if last.around else "nothing"
+        what = "; ".join([last.why, *last.unsound])
+        print(f"{last.seed} {last.kind}: {known} is known to be feasible; {what}", flush=True)
+    if len(outcomes) % 20 == 0:
+        planned, warm_s = sum(one.planned for one in outcomes), np.median([one.warm_s for one in outcomes])
+        print(f"after {len(outcomes)}: {planned} planned, {warm_s:.2f} s each", file=sys.stderr, flush=True)
+
+
 def main() -> None:
-    """Print a line for each world without a plan or with an unsound one, then the table."""
+    """Print the worlds without a plan or with an unsound one, then the table; Ctrl-C: of those that were tried."""
     given = [int(text) for text in sys.argv[1:]]
     count, first, processes = (*given, *(COUNT, 0, 1)[len(given) :])
     print(machine())
     outcomes: list[Outcome] = []
     context = multiprocessing.get_context("spawn")
     with ProcessPoolExecutor(processes, context, initializer=keep_compiled) as pool:
-        for outcome in pool.map(tried, range(first, first + count)):
-            outcomes.append(outcome)
-            if not outcome.planned or outcome.unsound:
-                known = "a simple tour" if outcome.simple else "a way around" if outcome.around else "nothing"
-                what = "; ".join([outcome.why, *outcome.unsound])
-                print(f"{outcome.seed} {outcome.kind}: {known} is known to be feasible; {what}", flush=True)
-            if len(outcomes) % 20 == 0:
-                planned, warm_s = sum(o.planned for o in outcomes), np.median([o.warm_s for o in outcomes])
-                print(f"after {len(outcomes)}: {planned} planned, {warm_s:.2f} s each", file=sys.stderr, flush=True)
+        try:
+            for outcome in pool.map(tried, range(first, first + count)):
+                outcomes.append(outcome)
+                tell(outcomes)
+        except KeyboardInterrupt:
+            pool.shutdown(cancel_futures=True)
     print(
         "\n| worlds | number | line feasible | lawnmower feasible | planned, where either is "
         "| planned, where a way around is | planned | candidates passed | curves checked | unsound | warm |"
