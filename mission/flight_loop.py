@@ -39,7 +39,7 @@ from mission.events import (
 )
 from mission.executive import Executive
 from mission.flight_progress import Progress, Watcher
-from mission.phases import STREAMING, Phase
+from mission.phases import ON_COURSE, STREAMING, Phase
 from mission.recorder import Recorder
 from mission.replan_cycle import ReplanCycle
 from mission.streamer import Streamer
@@ -320,7 +320,8 @@ class FlightLoop:
         self._shown_s = host_s
         executive, state = self.executive, self.executive.state
         end_s = max(executive.exploration.end_s, 1e-9)
-        place = None if state is None else np.asarray(state.position_enu_m)
+        # On its way up and down the nearest thing is the ground.
+        place = np.asarray(state.position_enu_m) if state is not None and executive.phase in ON_COURSE else None
         self._watcher.progress(
             Progress(
                 time_s=now_s,

@@ -18,6 +18,7 @@ from matplotlib.figure import Figure
 from mission.flight_log import EXPLORING, FlightLog
 from mission.mission_file import Mission
 from mission.picture import FAINT, GOOD, INK, LIMIT, LINE, PATH, SOFT, STYLE, draw_ground, draw_limit
+from mission.summary import clearance_m
 from planner.problem import Problem
 
 WIDTH_IN, MAP_IN, HEADING_IN, FOOT_IN = 13.0, 7.1, 1.05, 0.75
@@ -176,7 +177,7 @@ def draw_series(axes: Sequence[Axes], log: FlightLog, problem: Problem) -> None:
 
 
 def _clearance(axis: Axes, log: FlightLog, problem: Problem) -> None:
-    clearance = problem.obstacles.distance(log.position_m) - problem.vehicle_radius_m
+    clearance = clearance_m(log, problem)
     margin = problem.clearance_margin_m
     axis.plot(log.time_s, clearance, color=LINE, linewidth=1.1, zorder=3)
     axis.fill_between(log.time_s, 0.0, margin, color=LIMIT, alpha=0.07, linewidth=0.0, zorder=1)

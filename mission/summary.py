@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from mission.belief import covered_by
 from mission.flight_log import FlightLog
@@ -34,9 +35,7 @@ def summarize(log: FlightLog, problem: Problem, options: Options, fastest_mps: f
     position, speed = log.position_m, np.linalg.norm(log.velocity_mps, axis=1)
     error = np.linalg.norm(position - log.target_m, axis=1)[_on_course(log)]
     error = error[np.isfinite(error)]
-    clearance = (
-        problem.obstacles.distance(position[flying]) - problem.vehicle_radius_m if flying.any() else np.array([])
-    )
+    clearance = clearance_m(log, problem)[flying]
     steps = np.linalg.norm(np.diff(position[flying], axis=0), axis=1) if flying.sum() > 1 else np.array([0.0])
     covered = position[exploring]
     replans = log.of_kind("replan")
@@ -65,6 +64,16 @@ def summarize(log: FlightLog, problem: Problem, options: Options, fastest_mps: f
     }
 
 
+def clearance_m(log: FlightLog, problem: Problem) -> Float[np.ndarray, "time"]:
+    """Distance from the hull to the nearest obstacle at every sample of telemetry.
+
+    The ground, and heights that are kept above it, count while exploring: on its way up and down a vehicle is nearer.
+    """
+    standing = np.asarray(problem.obstacles.standing.distance(log.position_m))
+    nearest = np.asarray(problem.obstacles.distance(log.position_m))
+    return np.where(log.exploring(), nearest, standing) - problem.vehicle_radius_m
+
+
 def violations(log: FlightLog, problem: Problem, fastest_mps: float) -> list[str]:
     """Where the flown path broke a limit, a sentence a kind.
 
@@ -76,7 +85,7 @@ def violations(log: FlightLog, problem: Problem, fastest_mps: float) -> list[str
     airborne = log.armed & _in_air(log)
     position, speed = log.position_m, np.linalg.norm(log.velocity_mps, axis=1)
     if airborne.any() and not problem.obstacles.is_empty:
-        clearance = problem.obstacles.distance(position[airborne]) - problem.vehicle_radius_m
+        clearance = clearance_m(log, problem)[airborne]
         least = problem.clearance_margin_m - _allowance_m(problem.clearance_margin_m)
         if clearance.min() < least:
             at_s = log.time_s[airborne][int(clearance.argmin())]

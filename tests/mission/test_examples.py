@@ -12,8 +12,8 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.toml"))
 
 
-def test_the_four_examples_are_there():
-    assert {"room", "forest", "search", "city"} <= set(NAMES)
+def test_the_examples_are_there():
+    assert {"room", "forest", "search", "city", "hill"} <= set(NAMES)
 
 
 @pytest.mark.parametrize("name", NAMES)
