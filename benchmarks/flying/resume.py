@@ -28,9 +28,10 @@ from mission.recorder import LOG_NAME
 from planner.spectral_metric import mode_weights
 
 MOMENTS = 10
-UNDISTURBED = 3
+UNDISTURBED = 2
 SPEED = "5"
-CHANGES = ("planner.duration_s=120",)
+# Replans off: two flights with them differ by more than an interruption makes, as they depend on the host's time.
+CHANGES = ("planner.duration_s=120", "replanning.enabled=false")
 CELL_M = 10.0
 _LOOK_HOST_S = 0.02
 _LONGEST_HOST_S = 300.0
@@ -107,10 +108,7 @@ def main() -> None:
     print(f"{machine()}; forest, 120 s of exploration, --speed {SPEED}\n")
     chance = random.Random(0)
     with tempfile.TemporaryDirectory() as scratch:
-        for replans in (False, True):
-            changes = (*CHANGES, f"replanning.enabled={str(replans).lower()}")
-            print(f"\n{'with' if replans else 'without'} replans\n")
-            _table(Path(scratch) / str(replans), changes, moments, chance)
+        _table(Path(scratch), CHANGES, moments, chance)
 
 
 def _table(scratch: Path, changes: tuple[str, ...], moments: int, chance: random.Random) -> None:
