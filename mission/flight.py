@@ -21,17 +21,17 @@ import numpy as np
 from mission import keys
 from mission.belief import Belief
 from mission.clock import FlightClock
-from mission.events import Assignment, FlightEnd, FlightMethod
+from mission.connecting import SIM, vehicle_of
+from mission.events import FlightMethod
 from mission.executive import Executive
-from mission.fence import autopilot_fence
 from mission.flight_folder import MISSION_NAME, draw_outputs, read_flight_folder
 from mission.flight_log import read_flight_log
 from mission.flight_loop import FlightLoop
 from mission.flight_progress import Watcher
+from mission.flight_rules import assignment_of, energy_of, monitors_of
 from mission.ground import Ground
 from mission.intake import Intake
 from mission.mission_file import Mission
-from mission.monitors import Energy, Monitors
 from mission.phases import Phase
 from mission.plan_output import plan_file_of, write_outputs
 from mission.planning import Planned
@@ -42,23 +42,9 @@ from mission.replanning import Replanner
 from mission.streamer import Streamer
 from mission.summary import summarize
 from mission.uploads import upload_plan, upload_safety
-from planner.polygon import KeepIn
-from planner.problem import Problem
-from sim_bridge.frames import geodetic_from_enu
 from sim_bridge.link import Link
-from sim_bridge.link_autopilot import Autopilot
-from sim_bridge.link_commands import OWN_SYSTEM
 
-_SIM = "sim"
-_FENCE_TOLERANCE_M = 1.0
-_LEAST_CLEARANCE_SHARE = 0.3
-_TRACK_ERROR_S = 1.0
-_LEAST_TRACK_ERROR_M = 0.5
-_MOST_TRACK_ERROR_M = 5.0
 _REPLAN_LIMIT_HOST_S = 5.0
-_HEARD_WITHIN_S = 30.0
-_CENTI = 100.0
-_GROUND_STATION_TIMEOUT_S = 5.0
 
 
 class Outcome(enum.Enum):
@@ -172,7 +158,7 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
         files = write_outputs(planned, settings.folder)
     recorder.course(0.0, exploration, "resumed" if settings.resumed else "plan")
     replanner = Replanner() if mission.replanning.enabled and settings.method is FlightMethod.OFFBOARD else None
-    rate = settings.speed if settings.link == _SIM else 1.0
+    rate = settings.speed if settings.link == SIM else 1.0
     clock = FlightClock(time.monotonic(), rate)
     belief = Belief(problem, settings.flown_m)
     assignment = assignment_of(planned, settings.method)
@@ -180,7 +166,7 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
     executive = Executive(assignment, monitors_of(mission, belief, energy), from_s=settings.from_s, patience=rate)
     loop: FlightLoop | None = None
     try:
-        with _vehicle(mission, settings, watcher, clock) as link:
+        with vehicle_of(planned, settings.link, settings.speed, watcher, clock) as link:
             streamer = Streamer(clock, mission.flight.stream_rate_hz, link.stream, link.close_stream, recorder.setpoint)
             cycle = None
             if replanner is not None:
@@ -260,55 +246,6 @@ def outcome_of(executive: Executive) -> Outcome:
             return Outcome.ABORTED
 
 
-def assignment_of(planned: Planned, method: FlightMethod) -> Assignment:
-    """What the executive is given to do."""
-    mission, limits = planned.mission, planned.problem.limits
-    return Assignment(
-        exploration=planned.plan.best.trajectory,
-        takeoff_altitude_m=mission.takeoff_altitude_m,
-        end=FlightEnd(mission.flight.end),
-        method=method,
-        max_acceleration_mps2=limits.max_acceleration_mps2,
-        max_yaw_rate_radps=limits.max_yaw_rate_radps,
-        max_climb_mps=limits.max_climb_mps,
-        ready_timeout_s=mission.link.ready_timeout_s,
-    )
-
-
-def energy_of(mission: Mission, problem: Problem) -> Energy:
-    """What flying costs."""
-    limits = problem.limits
-    return Energy(
-        mission.vehicle.endurance_s,
-        mission.flight.reserve_fraction,
-        limits.max_speed_mps,
-        limits.max_climb_mps,
-        limits.max_descent_mps,
-    )
-
-
-def monitors_of(mission: Mission, belief: Belief, energy: Energy) -> Monitors:
-    """What telemetry is held against: always what is known now, pushed obstacles too."""
-    keep_in = KeepIn.of(np.array(autopilot_fence(mission.site)))
-    ceiling_m = mission.site.box_m[1][2] + mission.site.fence_margin_m
-    radius_m = mission.vehicle.radius_m
-
-    def fence_distance_m(place: np.ndarray) -> float:
-        return min(float(keep_in.distance(place[None, :2])[0]), ceiling_m - float(place[2]))
-
-    return Monitors(
-        clearance_m=lambda place: float(belief.problem.obstacles.distance(place[None])[0]) - radius_m,
-        least_clearance_m=_LEAST_CLEARANCE_SHARE * mission.flight.clearance_margin_m,
-        fence_distance_m=fence_distance_m,
-        fence_tolerance_m=_FENCE_TOLERANCE_M,
-        max_track_error_m=float(
-            np.clip(_TRACK_ERROR_S * mission.vehicle.max_speed_mps, _LEAST_TRACK_ERROR_M, _MOST_TRACK_ERROR_M)
-        ),
-        energy=energy,
-        cruise_height_m=mission.takeoff_altitude_m,
-    )
-
-
 def _schedule(mission: Mission) -> Schedule:
     return Schedule(mission.replanning.period_s, min(mission.planner.time_limit_s, _REPLAN_LIMIT_HOST_S))
 
@@ -324,68 +261,6 @@ def _header(planned: Planned, settings: FlightSettings) -> dict[str, Any]:
         "resumed": settings.resumed,
         "started": datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
     }
-
-
-@contextlib.contextmanager
-def _vehicle(mission: Mission, settings: FlightSettings, watcher: Watcher, clock: FlightClock) -> Iterator[Link]:
-    """The vehicle, connected; the built-in one is started and ended."""
-    with contextlib.ExitStack() as stack:
-        address = settings.link
-        if address == _SIM:
-            from sim_bridge.airframes import AirframeKind
-            from sim_bridge.simulator import spawn
-
-            small = mission.vehicle.preset == "crazyflie"
-            simulator = spawn(
-                geodetic_from_enu(mission.home_enu_m, mission.site.origin.point()),
-                speed=settings.speed,
-                parameters=_as_told(mission, settings.speed),
-                endurance_s=mission.vehicle.endurance_s,
-                autopilot=Autopilot[mission.vehicle.autopilot.upper()],
-                kind=AirframeKind.CRAZYFLIE if small else AirframeKind.QUADROTOR,
-                # Indoors a vehicle knows its place to centimetres, under GPS to the better part of a metre.
-                wander_m=0.02 if small else 0.8,
-            )
-            stack.callback(simulator.stop)
-            address = simulator.address
-        watcher.say(f"connecting to {address}", warning=False)
-        link = Link.connect(
-            address,
-            mission.site.origin.point(),
-            vehicle_system=mission.link.system_id,
-            key_file=mission.link.signing_key_file,
-            timeout_s=min(_HEARD_WITHIN_S, mission.link.ready_timeout_s),
-            on_state=clock.hear,
-        )
-        stack.callback(link.close)
-        yield link
-
-
-def _as_told(mission: Mission, speed: float) -> tuple[tuple[str, float], ...]:
-    """The built-in vehicle's parameters, set as docs/flying.md tells a team to set a real one's."""
-    vehicle = mission.vehicle
-    match Autopilot[vehicle.autopilot.upper()]:
-        case Autopilot.PX4:
-            return (
-                ("COM_OBL_RC_ACT", 5.0),
-                ("COM_LOW_BAT_ACT", 3.0),
-                ("MPC_XY_VEL_MAX", vehicle.max_speed_mps),
-                ("MPC_Z_VEL_MAX_UP", vehicle.max_climb_mps),
-                ("MPC_Z_VEL_MAX_DN", vehicle.max_descent_mps),
-            )
-        case Autopilot.ARDUPILOT:
-            return (
-                ("FENCE_ENABLE", 1.0),
-                ("FENCE_TYPE", 4.0),
-                ("FS_GCS_ENABLE", 1.0),
-                ("SYSID_MYGCS", float(OWN_SYSTEM)),
-                # Heartbeats come once a second of this machine's time, however fast the vehicle's runs.
-                ("FS_GCS_TIMEOUT", _GROUND_STATION_TIMEOUT_S * max(1.0, speed)),
-                ("BATT_FS_LOW_ACT", 2.0),
-                ("WPNAV_SPEED", _CENTI * vehicle.max_speed_mps),
-                ("WPNAV_SPEED_UP", _CENTI * vehicle.max_climb_mps),
-                ("WPNAV_SPEED_DN", _CENTI * vehicle.max_descent_mps),
-            )
 
 
 @contextlib.contextmanager

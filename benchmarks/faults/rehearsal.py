@@ -33,7 +33,7 @@ from mission.events import (
 )
 from mission.executive import Executive
 from mission.fence import autopilot_fence
-from mission.flight import energy_of, monitors_of
+from mission.flight_rules import energy_of, monitors_of
 from mission.ground import Ground
 from mission.loading import load
 from mission.mission_file import Mission

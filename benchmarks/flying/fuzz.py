@@ -23,7 +23,7 @@ from benchmarks.timing import machine
 from mission.belief import Belief
 from mission.events import Assignment, Checked, Connected, FindWay, FlightEnd, FlightMethod, RunChecks, WayFound
 from mission.executive import Executive
-from mission.flight import energy_of, monitors_of
+from mission.flight_rules import energy_of, monitors_of
 from mission.ways import along
 from sim_bridge.codec import mavlink
 from sim_bridge.link import Link

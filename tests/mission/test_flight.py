@@ -116,7 +116,7 @@ def test_a_mission_is_uploaded_read_back_and_flown_by_the_vehicle(planned, tmp_p
     ("autopilot", "refused"), [("px4", "COM_OBL_RC_ACT is 0"), ("ardupilot", "FS_GCS_ENABLE is 0")]
 )
 def test_unsafe_settings_are_refused_before_anything_is_armed(planned, tmp_path, monkeypatch, autopilot, refused):
-    monkeypatch.setattr("mission.flight._as_told", lambda *_: ())
+    monkeypatch.setattr("mission.connecting.as_told", lambda *_: ())
     flown = fly_planned(planned(f"vehicle.autopilot={autopilot}"), settings(tmp_path), Notes())
     assert flown.outcome is Outcome.ABORTED
     assert any(refused in text for text in flown.summary["warnings"])

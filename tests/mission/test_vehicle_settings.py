@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
+from mission.connecting import as_told
 from mission.events import Checked
-from mission.flight import _as_told
 from mission.loading import load
 from mission.phases import Phase
 from mission.vehicle_settings import Reach, settings_of, slowing_factor
@@ -113,15 +113,13 @@ def test_a_low_battery_that_the_vehicle_ignores_and_a_return_below_the_roofs_are
 
 @pytest.mark.parametrize("autopilot", ["px4", "ardupilot"])
 def test_the_built_in_vehicle_is_set_as_a_real_one_is_told_to_be(sound, autopilot):
-    told = dict(_as_told(load(sound, [f"vehicle.autopilot={autopilot}"]), 1.0))
+    mission = load(sound, [f"vehicle.autopilot={autopilot}"])
+    vehicle, reach = mission.vehicle, Reach(700.0, 80.0, clear_up_m=72.0)
+    limits = Limits(vehicle.max_speed_mps, vehicle.max_climb_mps, vehicle.max_descent_mps, 2.5)
     defaults = {"px4": px4_defaults.PARAMETERS, "ardupilot": ardupilot_defaults.PARAMETERS}[autopilot]
-    mission = load(sound, [])
-    vehicle = mission.vehicle
-    limits = Limits(
-        vehicle.max_speed_mps, vehicle.max_climb_mps, vehicle.max_descent_mps, vehicle.max_acceleration_mps2
-    )
-    found = settings_of(Autopilot[autopilot.upper()], (defaults | told).get, limits, Reach(700.0, 80.0, 0.0))
-    assert found.problems == ()
+    parameters = defaults | dict(as_told(mission, reach, 1.0))
+    found = settings_of(Autopilot[autopilot.upper()], parameters.get, limits, reach)
+    assert found.problems == found.notes == ()
 
 
 def test_limits_are_the_smaller_of_the_two_and_it_is_said():
