@@ -173,6 +173,19 @@ class Services:
                 return None
 
 
+SERVED = (
+    mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_INT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_COMMAND_INT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_MAVLINK2
+    | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_LOCAL_NED
+    | mavlink.MAV_PROTOCOL_CAPABILITY_SET_POSITION_TARGET_GLOBAL_INT
+    | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_FENCE
+    | mavlink.MAV_PROTOCOL_CAPABILITY_MISSION_RALLY
+    | mavlink.MAV_PROTOCOL_CAPABILITY_FTP
+)
+"""Capabilities (MAV_PROTOCOL_CAPABILITY) that both autopilots tell of themselves."""
+
+
 def version(capabilities: int, release: tuple[int, int, int], uid: int) -> Message:
     """AUTOPILOT_VERSION of a released firmware."""
     major, minor, patch = release
