@@ -185,6 +185,7 @@ class Link:
                 continue
             host_s = time.monotonic()
             for accepted in self._guard.accept(data):
+                self._wire.believe()
                 for event in self._telemetry.receive(accepted.message):
                     if self._on_state is not None and isinstance(event, VehicleState):
                         self._on_state(event.time_s, host_s)

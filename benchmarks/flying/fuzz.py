@@ -79,6 +79,9 @@ class FuzzedWire:
         self.brought = 0
         self.begun = False
 
+    def believe(self) -> None:
+        """There is nobody else to answer to."""
+
     def receive(self, timeout_s: float) -> bytes:
         """Some frames in one datagram; heartbeats alone until the flight begins."""
         if not self.begun or self._left <= 0:
@@ -100,6 +103,9 @@ class FuzzedWire:
 
     def send(self, data: bytes) -> None:
         """Swallow."""
+
+    def believe(self) -> None:
+        """There is nobody else to answer."""
 
     def close(self) -> None:
         """Nothing to let go of."""
