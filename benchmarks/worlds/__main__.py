@@ -12,6 +12,7 @@ from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 
 from benchmarks.timing import machine
+from benchmarks.worlds.drawn import CLASSES
 from benchmarks.worlds.outcome import Outcome, tried
 from mission.planning import keep_compiled
 
@@ -51,13 +52,17 @@ def main() -> None:
     print(machine())
     outcomes: list[Outcome] = []
     context = multiprocessing.get_context("spawn")
-    with ProcessPoolExecutor(processes, context, initializer=keep_compiled) as pool:
-        try:
-            for outcome in pool.map(tried, range(first, first + count)):
-                outcomes.append(outcome)
-                tell(outcomes)
-        except KeyboardInterrupt:
-            pool.shutdown(cancel_futures=True)
+    # A class stays with one process, which alone compiles it.
+    pools = [ProcessPoolExecutor(1, context, initializer=keep_compiled) for _ in range(processes)]
+    pending = [pools[seed % len(CLASSES) % processes].submit(tried, seed) for seed in range(first, first + count)]
+    try:
+        for future in pending:
+            outcomes.append(future.result())
+            tell(outcomes)
+    except KeyboardInterrupt:
+        outcomes += [future.result() for future in pending[len(outcomes) :] if future.done()]
+    for pool in pools:
+        pool.shutdown(cancel_futures=True)
     print(
         "\n| worlds | number | line feasible | lawnmower feasible | planned, where either is "
         "| planned, where a way around is | planned | candidates passed | curves checked | unsound | warm |"

@@ -15,7 +15,7 @@ from planner.distance_grid import from_voxels
 from planner.information import gaussians, uniform
 from planner.obstacles import Box, Cylinder, Obstacle, ObstacleField, Prism, Sphere
 from planner.problem import Limits, Options, Problem
-from planner.scene import KNOTS_PER_HALF_WAVE, TURN_SHARE, knots_for
+from planner.scene import KNOTS_PER_HALF_WAVE, TURN_SHARE
 from planner.trajectory import Motion
 from planner.workspace import Workspace
 
@@ -129,10 +129,9 @@ def draw(seed: int) -> World:
     ending = rng.random()
     end = None if ending < 0.15 else start if ending < 0.3 else _free_place(rng, draft, 0.5 if kind.flat else None)
     problem = dataclasses.replace(draft, start=Motion.at_rest(start), end_position_m=end)
-    options = Options(candidates=CANDIDATES, modes=modes, seed=seed)
-    if knots_for(problem, options)[0] > kind.segments:
-        # Wide and low worlds would have more knots: they are planned more coarsely, as a mission file can ask for.
-        options = dataclasses.replace(options, time_step_s=duration_s / (2 * kind.segments))
+    # As many knots as the class has, which is what the planner chooses, or fewer in wide and low worlds.
+    step_s = duration_s / (2 * kind.segments)
+    options = Options(candidates=CANDIDATES, modes=modes, seed=seed, time_step_s=step_s)
     return World(seed, kind, problem, options, entries)
 
 
