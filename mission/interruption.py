@@ -6,6 +6,8 @@ from mission.phases import Phase, Trigger
 
 RECOVERED_S = 2.0
 RECOVERIES = 3
+REMEMBERED_S = 180.0
+"""So often within so long is no accident: it keeps happening."""
 _PASSES = (Trigger.TOO_CLOSE, Trigger.OFF_TRACK, Trigger.STALLED)
 """What may pass by itself while holding."""
 
@@ -17,7 +19,7 @@ class Interruption:
         self._held_from = Phase.FOLLOWING
         self._blind_from = Phase.FOLLOWING
         self._held_for: Trigger | None = None
-        self._recoveries = 0
+        self._recovered_s: list[float] = []
         self._calm_since_s: float | None = None
 
     def begin(self, phase: Phase, goto: Phase, trigger: Trigger) -> None:
@@ -64,6 +66,6 @@ class Interruption:
         elif self._calm_since_s is None:
             self._calm_since_s = now_s
         elif now_s - self._calm_since_s >= RECOVERED_S:
-            self._recoveries += 1
-            return Trigger.GIVEN_UP if self._recoveries > RECOVERIES else Trigger.RECOVERED
+            self._recovered_s = [at_s for at_s in self._recovered_s if now_s - at_s < REMEMBERED_S] + [now_s]
+            return Trigger.GIVEN_UP if len(self._recovered_s) > RECOVERIES else Trigger.RECOVERED
         return None

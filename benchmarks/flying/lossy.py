@@ -5,6 +5,7 @@ python -m benchmarks.flying.lossy [MINUTES]
 
 from __future__ import annotations
 
+import collections
 import sys
 import tempfile
 from pathlib import Path
@@ -26,7 +27,8 @@ def flown(mission: Mission, changes: list[str], line: tuple[str, ...]) -> dict[s
     """Fly a mission over a line.
 
     Returns:
-        The flight's summary, and under "telemetry_hz" how often the vehicle's place came through.
+        The flight's summary; under "telemetry_hz" how often the vehicle's place came through, under "held" why it
+        stood.
     """
     file = EXAMPLES / "forest.toml"
     vehicle = mission.vehicle
@@ -51,7 +53,12 @@ def flown(mission: Mission, changes: list[str], line: tuple[str, ...]) -> dict[s
             simulator.stop()
         log = read_flight_log(folder)
         exploring = log.time_s[log.exploring()]
-        return {**summary, "telemetry_hz": len(exploring) / max(float(exploring[-1] - exploring[0]), 1e-9)}
+        held = [event["why"] for event in log.of_kind("phase") if event["phase"] in ("holding", "link lost")]
+        return {
+            **summary,
+            "telemetry_hz": len(exploring) / max(float(exploring[-1] - exploring[0]), 1e-9),
+            "held": collections.Counter(held),
+        }
 
 
 def main() -> None:
@@ -74,7 +81,7 @@ def main() -> None:
         "ergodic metric flown": f"{summary['ergodic_metric']:.4f}",
         "replans taken": replans,
         "Offboard lost": f"{summary['offboard_lost']} times",
-        "interruptions": ", ".join(phase for phase in summary["phases"] if phase in ("holding", "link lost")) or "none",
+        "interruptions": ", ".join(f"{count} × {why}" for why, count in summary["held"].items()) or "none",
         "violations": "; ".join(summary["violations"]) or "none",
     }
     print("| 20 % loss, 200 ± 100 ms delay, each way | |")
