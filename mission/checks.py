@@ -98,7 +98,7 @@ def takeoff_reaches_the_box(mission: Mission) -> Iterator[Finding]:
 
 def end_is_reachable(mission: Mission) -> Iterator[Finding]:
     """There is time to get from start to end at all."""
-    start, end = mission.planner.start_enu_m, mission.planner.end_enu_m
+    start, end = mission.planner.start_enu_m, mission.planner.ends_at_m
     if end is None:
         return
     vehicle = mission.vehicle

@@ -49,7 +49,7 @@ def endurance_budget(mission: Mission) -> EnduranceBudget:
         mission: Its site, planner, vehicle and flight sections are used.
     """
     vehicle, home = mission.vehicle, mission.home_enu_m
-    start, end = mission.planner.start_enu_m, mission.planner.end_enu_m
+    start, end = mission.planner.start_enu_m, mission.planner.ends_at_m
     low, high = mission.site.box_m
     cruise_up_m = home[2] + mission.takeoff_altitude_m
     height_m = abs(start[2] - cruise_up_m)

@@ -130,6 +130,10 @@ class PlannedLimits(Record):
     box_min_enu_m: Vector
     box_max_enu_m: Vector
     fence_polygon_enu_m: list[Corner] | None
+    max_jerk_mps3: float | None = None
+    """Null where there is no limit."""
+    max_length_m: float | None = None
+    """Null where there is no limit."""
 
 
 class PlannedMetric(Record):

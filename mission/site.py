@@ -27,6 +27,7 @@ def limits_of(vehicle: Vehicle) -> Limits:
         max_descent_mps=share * vehicle.max_descent_mps,
         max_acceleration_mps2=vehicle.max_acceleration_mps2,
         max_yaw_rate_radps=math.radians(vehicle.max_yaw_rate_degps),
+        max_jerk_mps3=vehicle.max_jerk_mps3 or math.inf,
     )
 
 
@@ -48,7 +49,7 @@ def problem_from_mission(mission: Mission) -> Problem:
     search = search_of(mission, density)
     if search is not None:
         density = search.effort(np.empty((0, 3)), mission.vehicle.max_speed_mps * mission.planner.duration_s)
-    end = mission.planner.end_enu_m
+    end = mission.planner.ends_at_m
     return Problem(
         workspace=workspace_of(mission.site),
         information=density,
@@ -61,6 +62,7 @@ def problem_from_mission(mission: Mission) -> Problem:
         clearance_margin_m=mission.flight.clearance_margin_m,
         fence_polygon_m=fence_of(mission.site),
         search=search,
+        max_length_m=mission.planner.max_length_m or math.inf,
     )
 
 

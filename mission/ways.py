@@ -7,6 +7,7 @@ the obstacles at rising heights, then round them on a grid. Whatever comes out g
 
 from __future__ import annotations
 
+import dataclasses
 import itertools
 from collections.abc import Callable, Iterator
 
@@ -47,6 +48,11 @@ def along(corners_m: Float[np.ndarray, "corner 3"], limits: Limits) -> Trajector
     legs = [_profile(b - a, limits) for a, b in itertools.pairwise(corners)]
     # One knot interval for all legs: the shortest leg's, so that none is flown faster than its limits.
     interval_s = min([_LONGEST_STEP_S, *(duration / _STEPS_A_LEG for duration, _, _ in legs)])
+    # From speeding up to braking the acceleration turns round within a step.
+    gentle_mps2 = 0.45 * limits.max_jerk_mps3 * interval_s
+    if gentle_mps2 < limits.max_acceleration_mps2:
+        limits = dataclasses.replace(limits, max_acceleration_mps2=gentle_mps2)
+        legs = [_profile(b - a, limits) for a, b in itertools.pairwise(corners)]
     points = [corners[0]] * 3
     for (a, b), (duration_s, speed, acceleration) in zip(itertools.pairwise(corners), legs, strict=True):
         length = float(np.linalg.norm(b - a))

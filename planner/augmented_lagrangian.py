@@ -5,9 +5,10 @@ E/E_ref + effort + Σ_i [max(0, μ_i + ρ g_i)² − μ_i²]/(2ρ), after each o
 (Nocedal & Wright, alg. 17.4, with the inequality form of Rockafellar).
 
 The acceleration limit makes this stiff: it is a second difference, so its curvature grows with the fourth power of the
-number of knots. Each round therefore works in coordinates y with z = z₀ + C·(s ∘ y), C the cosine basis over time and s
-the inverse root of the curvature that speed and acceleration limits give each frequency: a constant matrix kernel, by
-which the metric reached with the same number of steps is two to five times lower (benchmarks/README.md).
+number of knots (and that of a limit on jerk with the sixth). Each round therefore works in coordinates y with
+z = z₀ + C·(s ∘ y), C the cosine basis over time and s the inverse root of the curvature that the limits on speed,
+acceleration and jerk give each frequency: a constant matrix kernel, by which the metric reached with the same number of
+steps is two to five times lower (benchmarks/README.md).
 
 E falls by orders of magnitude on the way. E_ref follows it, so the balance with the constraints stays the same in every
 round, and the multipliers are rescaled with it.
@@ -136,4 +137,5 @@ def frequency_scale(scene: Scene, count: int, penalty: Float[Array, ""]) -> Floa
     speed = jnp.stack([scene.max_speed_mps, scene.max_speed_mps, slowest])
     first = 2.0 * difference * scene.lengths_m / (speed * scene.knot_interval_s)
     second = 2.0 * difference**2 * scene.lengths_m / (scene.max_acceleration_mps2 * scene.knot_interval_s**2)
-    return (METRIC_CURVATURE / count + penalty * ACTIVE_SHARE * (first**2 + second**2)) ** -0.5
+    third = 2.0 * difference**3 * scene.lengths_m / (scene.max_jerk_mps3 * scene.knot_interval_s**3)
+    return (METRIC_CURVATURE / count + penalty * ACTIVE_SHARE * (first**2 + second**2 + third**2)) ** -0.5

@@ -1,7 +1,8 @@
 """The gate: what may be flown is proven here, in double precision, over every moment of the curve that is streamed.
 
 Clearance and the fence are 1-Lipschitz distances and are proven by bisection; box, speed, climb and descent by the
-exact extrema of polynomials; acceleration at the knots, between which it is linear and its norm therefore convex.
+exact extrema of polynomials; acceleration at the knots, between which it is linear and its norm therefore convex; jerk
+on the pieces, where it is constant; the length by quadrature.
 The heading is not part of the curve: `planner.yaw` turns it no faster than `Limits.max_yaw_rate_radps` allows.
 """
 
@@ -40,9 +41,14 @@ class ViolationKind(enum.Enum):
     CLIMB = "climb"
     DESCENT = "descent"
     ACCELERATION = "acceleration"
+    JERK = "jerk"
+    LENGTH = "length"
     START = "start"
     END = "end"
     DURATION = "duration"
+
+
+_UNITS = {ViolationKind.ACCELERATION: "m/s²", ViolationKind.JERK: "m/s³", ViolationKind.LENGTH: "m"}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -77,6 +83,7 @@ class GateReport:
         max_climb_mps: Greatest upward velocity.
         max_descent_mps: Greatest downward velocity.
         max_acceleration_mps2: Greatest acceleration.
+        max_jerk_mps3: Greatest jerk.
         length_m: Length of the path.
         duration_s: Time from its first to its last point.
     """
@@ -87,6 +94,7 @@ class GateReport:
     max_climb_mps: float
     max_descent_mps: float
     max_acceleration_mps2: float
+    max_jerk_mps3: float
     length_m: float
     duration_s: float
 
@@ -192,9 +200,14 @@ def inspect(trajectory: Trajectory, problem: Problem) -> GateReport:
     acceleration = np.linalg.norm(np.diff(control, n=2, axis=0), axis=1) / trajectory.knot_interval_s**2
     knot = int(np.argmax(acceleration))
     greatest[ViolationKind.ACCELERATION] = (float(acceleration[knot]), limits.max_acceleration_mps2, float(knot))
+    jerk = np.linalg.norm(np.diff(control, n=3, axis=0), axis=1) / trajectory.knot_interval_s**3
+    piece = int(np.argmax(jerk))
+    greatest[ViolationKind.JERK] = (float(jerk[piece]), limits.max_jerk_mps3, piece + 0.5)
+    length_m = _length_m(velocity, trajectory.knot_interval_s)
+    greatest[ViolationKind.LENGTH] = (length_m, problem.max_length_m, float(trajectory.segments))
     for kind, (measured, limit, parameter) in greatest.items():
         if not measured <= limit * (1.0 + RELATIVE_TOLERANCE):
-            unit = "m/s²" if kind is ViolationKind.ACCELERATION else "m/s"
+            unit = _UNITS.get(kind, "m/s")
             found.add(kind, measured, limit, parameter, f"{kind.value} {{measured:.4g}} {unit}, limit {{limit:.4g}}")
 
     _inspect_ends(found, problem)
@@ -205,7 +218,8 @@ def inspect(trajectory: Trajectory, problem: Problem) -> GateReport:
         max_climb_mps=greatest[ViolationKind.CLIMB][0],
         max_descent_mps=greatest[ViolationKind.DESCENT][0],
         max_acceleration_mps2=greatest[ViolationKind.ACCELERATION][0],
-        length_m=_length_m(velocity, trajectory.knot_interval_s),
+        max_jerk_mps3=greatest[ViolationKind.JERK][0],
+        length_m=length_m,
         duration_s=trajectory.duration_s,
     )
 
@@ -304,4 +318,6 @@ def _diverged(trajectory: Trajectory, problem: Problem) -> GateReport:
         f"reaches {farthest:.3g} m: the solve diverged",
     )
     infinite = float("inf")
-    return GateReport((violation,), -infinite, infinite, infinite, infinite, infinite, infinite, trajectory.duration_s)
+    return GateReport(
+        (violation,), -infinite, infinite, infinite, infinite, infinite, infinite, infinite, trajectory.duration_s
+    )

@@ -25,9 +25,10 @@ class Limits:
         max_descent_mps: Bound on the downward velocity.
         max_acceleration_mps2: Bound on the norm of the acceleration.
         max_yaw_rate_radps: Bound on the rate of the heading.
+        max_jerk_mps3: Bound on the norm of the jerk; infinite: none.
 
     Raises:
-        ValueError: A limit that is not positive and finite.
+        ValueError: A limit that is not positive, or not finite where it must be.
     """
 
     max_speed_mps: float
@@ -35,10 +36,12 @@ class Limits:
     max_descent_mps: float
     max_acceleration_mps2: float
     max_yaw_rate_radps: float = float(np.deg2rad(45.0))
+    max_jerk_mps3: float = float("inf")
 
     def __post_init__(self) -> None:
         for name, value in dataclasses.asdict(self).items():
-            if not (np.isfinite(value) and value > 0.0):
+            unbounded = name == "max_jerk_mps3" and value == np.inf
+            if not ((np.isfinite(value) and value > 0.0) or unbounded):
                 raise ValueError(f"{name} must be positive and finite, got {value}")
 
 
@@ -71,6 +74,7 @@ class Problem:
         clearance_margin_m: Least distance between that and every obstacle.
         fence_polygon_m: Shape (corner, 2): paths stay inside it; None: only the box holds them.
         covered: What was flown before; None: nothing.
+        max_length_m: Bound on the length of the path; infinite: none.
         search: Where the information comes from when it is a search effort, which changes with what was searched and
             what is left; None: the information stays as it is.
 
@@ -90,8 +94,11 @@ class Problem:
     fence_polygon_m: Float[np.ndarray, "corner 2"] | None = None
     covered: Covered | None = None
     search: Search | None = None
+    max_length_m: float = float("inf")
 
     def __post_init__(self) -> None:
+        if not self.max_length_m > 0.0:
+            raise ValueError(f"max_length_m must be positive, got {self.max_length_m}")
         if not (np.isfinite(self.duration_s) and self.duration_s > 0.0):
             raise ValueError(f"duration_s must be positive and finite, got {self.duration_s}")
         for name in ("vehicle_radius_m", "clearance_margin_m"):

@@ -36,6 +36,8 @@ KNOTS_PER_HALF_WAVE = 3.0
 # Of flying hard all the time, as a share of the metric.
 TURNING_WEIGHT = 1e-3
 CLIMBING_WEIGHT = 0.05
+# One number for the whole path has to weigh as much as what each of its pieces has to keep.
+LENGTH_WEIGHT = 20.0
 FEWEST_SEGMENTS = 16
 MOST_SEGMENTS = 1024
 
@@ -55,6 +57,8 @@ class Scene(eqx.Module):
         max_climb_mps: Drawn in.
         max_descent_mps: Drawn in.
         max_acceleration_mps2: Drawn in.
+        max_jerk_mps3: Drawn in; infinite: no limit.
+        max_length_m: Drawn in; infinite: no limit.
         obstacles: Signed distances.
         fence: Signed distance to the polygon that holds the flight.
         keep_out_m: Least distance from the vehicle's centre to an obstacle, with an allowance for what lies between two
@@ -74,6 +78,8 @@ class Scene(eqx.Module):
     max_climb_mps: Float[Array, ""]
     max_descent_mps: Float[Array, ""]
     max_acceleration_mps2: Float[Array, ""]
+    max_jerk_mps3: Float[Array, ""]
+    max_length_m: Float[Array, ""]
     obstacles: ObstacleField
     fence: KeepIn
     keep_out_m: Float[Array, ""]
@@ -94,10 +100,13 @@ class Scene(eqx.Module):
     ) -> Float[Array, "constraint"]:
         """Every hard condition as a dimensionless number that must not be positive.
 
-        Box, speed, climb, descent and acceleration are conditions on control points, which imply them on the curve
-        (`planner.trajectory`); clearance and the fence are taken at the samples.
+        Box, speed, climb, descent, acceleration, jerk and length are conditions on control points, which imply them on
+        the curve (`planner.trajectory`); clearance and the fence are taken at the samples.
         """
         metres = control * self.lengths_m
+        # The polygon of the control points is never shorter than the curve.
+        length = jnp.sum(jnp.sqrt(jnp.sum(jnp.diff(metres, axis=0) ** 2, axis=-1) + 1e-12))
+        jerk = jnp.diff(metres, n=3, axis=0) / self.knot_interval_s**3
         velocity = jnp.diff(metres, axis=0)[2:] / self.knot_interval_s
         acceleration = jnp.diff(metres, n=2, axis=0)[1:] / self.knot_interval_s**2
         step_m = jnp.maximum(self.max_speed_mps * self.knot_interval_s, self.keep_out_m)
@@ -112,6 +121,8 @@ class Scene(eqx.Module):
                 jnp.sum((velocity / self.max_speed_mps) ** 2, axis=-1) - 1.0,
                 jnp.where(up > 0.0, up / self.max_climb_mps, -up / self.max_descent_mps) - 1.0,
                 jnp.sum((acceleration / self.max_acceleration_mps2) ** 2, axis=-1) - 1.0,
+                jnp.sum((jerk / self.max_jerk_mps3) ** 2, axis=-1) - 1.0,
+                LENGTH_WEIGHT * (length[None] / self.max_length_m - 1.0),
                 box.reshape(-1),
                 clearance,
                 fence,
@@ -214,6 +225,8 @@ def scene_of(problem: Problem, options: Options, segments: int, samples_per_segm
         max_climb_mps=single(LIMIT_SHARE * limits.max_climb_mps),
         max_descent_mps=single(LIMIT_SHARE * limits.max_descent_mps),
         max_acceleration_mps2=single(LIMIT_SHARE * limits.max_acceleration_mps2),
+        max_jerk_mps3=single(LIMIT_SHARE * limits.max_jerk_mps3),
+        max_length_m=single(LIMIT_SHARE * problem.max_length_m),
         obstacles=jax.tree.map(single, problem.obstacles),
         fence=jax.tree.map(single, fence),
         keep_out_m=single(problem.keep_out_m + slack_m),

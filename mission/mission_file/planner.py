@@ -23,8 +23,12 @@ class Planner(Section):
     """Where the path starts, at rest."""
     end_enu_m: Annotated[Position | None, Field(examples=[[10.0, 10.0, 30.0]])] = None
     """Where the path ends, at rest; absent: wherever it is best."""
+    closed_tour: bool = False
+    """Whether the path ends where it starts; instead of `end_enu_m`."""
     duration_s: Annotated[float, Field(ge=0.1, le=86_400.0, examples=[600.0])]
     """Time from start to end."""
+    max_length_m: Annotated[float | None, Field(ge=0.1, le=1e7, examples=[3000.0])] = None
+    """Greatest length of the path; absent: what the speed allows."""
     candidates: Annotated[int, Field(ge=1, le=4096)] = 8
     """How many paths the set has."""
     modes: Annotated[tuple[Modes, Modes, Modes], Strict(False), Field(examples=[[16, 16, 4]])] = (8, 8, 4)
@@ -46,8 +50,15 @@ class Planner(Section):
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
     """Of every random number: the same seed gives the same plan."""
 
+    @property
+    def ends_at_m(self) -> tuple[float, float, float] | None:
+        """Where the path ends; None: wherever it is best."""
+        return self.start_enu_m if self.closed_tour else self.end_enu_m
+
     def findings(self) -> Iterator[Finding]:
-        """A sampling given one way, fine enough, and modes that measure something."""
+        """An end and a sampling given one way, samples fine enough, and modes that measure something."""
+        if self.closed_tour and self.end_enu_m not in (None, self.start_enu_m):
+            yield Finding("closed_tour", "true", "end_enu_m is another place than start_enu_m: keep one of the two")
         if self.samples is not None and self.time_step_s is not None:
             yield Finding("time_step_s", f"{self.time_step_s:g}", "samples is given as well: keep one of the two")
         if self.time_step_s is not None and self.duration_s / self.time_step_s < 8.0:

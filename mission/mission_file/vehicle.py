@@ -76,6 +76,8 @@ class Vehicle(Section):
     """Greatest speed downwards."""
     max_acceleration_mps2: Annotated[float, Field(ge=0.01, le=50.0, examples=[3.0])]
     """Greatest acceleration, in any direction."""
+    max_jerk_mps3: Annotated[float | None, Field(ge=0.01, le=1000.0, examples=[8.0])] = None
+    """Greatest change of the acceleration, in any direction; absent: no limit (PX4's own is `MPC_JERK_AUTO`)."""
     max_yaw_rate_degps: Annotated[float, Field(ge=0.01, le=720.0, examples=[45.0])]
     """Greatest rate of the heading."""
     speed_reserve: Annotated[float, Field(ge=0.0, le=0.5)] = 0.06

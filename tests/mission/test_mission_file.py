@@ -14,6 +14,7 @@ from mission.mission_file.planner import Planner
 from mission.mission_file.values import Context
 from mission.mission_file.vehicle import PRESETS, PresetName
 from mission.resolved import Source, resolved_entries
+from mission.site import problem_from_mission
 from planner.problem import Kernel, Method, Metric, MetricWeights
 
 ORIGIN = (47.3977, 8.5456, 488.0)
@@ -191,3 +192,17 @@ def test_what_the_advice_tells_people_to_write_is_accepted(tmp_path):
                 assert accepted is not None
                 shown += 1
     assert shown > 30
+
+
+def test_a_closed_tour_ends_where_it_starts(sound):
+    problem = problem_from_mission(load(sound, ["planner.closed_tour=true"]))
+    np.testing.assert_array_equal(problem.end_position_m, problem.start.position_m)
+    with pytest.raises(InputError, match="keep one of the two"):
+        load(sound, ["planner.closed_tour=true", "planner.end_enu_m=[50.0, 50.0, 40.0]"])
+
+
+def test_jerk_and_length_are_limited_where_they_are_given(sound):
+    free = problem_from_mission(load(sound))
+    assert free.limits.max_jerk_mps3 == free.max_length_m == np.inf
+    bound = problem_from_mission(load(sound, ["vehicle.max_jerk_mps3=4.0", "planner.max_length_m=900.0"]))
+    assert (bound.limits.max_jerk_mps3, bound.max_length_m) == (4.0, 900.0)

@@ -1,5 +1,7 @@
 """Ways from one place to another: within the limits, clear of obstacles, or refused."""
 
+import dataclasses
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -73,3 +75,11 @@ def test_where_there_is_no_way_it_says_from_where_to_where():
 def test_what_the_gate_refuses_is_not_flown_and_its_words_are_passed_on():
     with pytest.raises(ValueError, match="outside the fence"):
         way(lambda points: np.full(len(points), 1e3), refused=lambda trajectory: "outside the fence")
+
+
+@settings(max_examples=40, deadline=None)
+@given(st.lists(coordinates, min_size=2, max_size=4), st.floats(0.5, 10.0))
+def test_a_way_keeps_a_limited_jerk(corners, jerk_mps3):
+    trajectory = along(np.array(corners), dataclasses.replace(LIMITS, max_jerk_mps3=jerk_mps3))
+    jerk = np.diff(trajectory.control_points_m, n=3, axis=0) / trajectory.knot_interval_s**3
+    assert np.linalg.norm(jerk, axis=1).max() <= jerk_mps3

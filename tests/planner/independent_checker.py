@@ -63,6 +63,7 @@ def check(plan: dict[str, Any], times_finer: int = TIMES_FINER) -> Confirmed:
         *_fits_together(time, position, velocity, acceleration),
         *_keeps_clear(plan, clearance),
         *_keeps_limits(plan, fine_velocity, speed, force, np.linalg.norm(acceleration, axis=1).max()),
+        *_keeps_budgets(plan, time, acceleration, fine_position),
         *_stays_inside(plan, fine_position),
         *_begins_and_ends(plan, time, position, velocity),
         *_turns(plan, time, yaw),
@@ -182,6 +183,22 @@ def _keeps_limits(
         limit = min(plan["problem"]["mission"]["vehicle"][name], plan["limits"][name])
         if measured > limit * (1.0 + tolerance):
             yield f"{what} {measured:.4f} exceeds {name} = {limit}"
+
+
+def _keeps_budgets(
+    plan: dict[str, Any], time: np.ndarray, acceleration: np.ndarray, points: np.ndarray
+) -> Iterator[str]:
+    """Jerk from the change of acceleration between samples, and the length, where they are limited."""
+    jerk = plan["limits"].get("max_jerk_mps3")
+    if jerk is not None:
+        measured = (np.linalg.norm(np.diff(acceleration, axis=0), axis=1) / np.diff(time)).max()
+        if measured > jerk * (1.0 + ACCELERATION_TOLERANCE):
+            yield f"jerk {measured:.4f} exceeds max_jerk_mps3 = {jerk}"
+    length = plan["limits"].get("max_length_m")
+    if length is not None:
+        measured = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
+        if measured > length * (1.0 + SPEED_TOLERANCE):
+            yield f"length {measured:.2f} exceeds max_length_m = {length}"
 
 
 def _stays_inside(plan: dict[str, Any], points: np.ndarray) -> Iterator[str]:

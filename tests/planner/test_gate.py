@@ -239,6 +239,7 @@ def curve() -> Trajectory:
         ("max_climb_mps", ViolationKind.CLIMB),
         ("max_descent_mps", ViolationKind.DESCENT),
         ("max_acceleration_mps2", ViolationKind.ACCELERATION),
+        ("max_jerk_mps3", ViolationKind.JERK),
     ],
 )
 def test_each_limit_is_kept_to_the_last_digit(curve: Trajectory, name: str, kind: ViolationKind) -> None:
@@ -255,12 +256,29 @@ def test_each_limit_is_kept_to_the_last_digit(curve: Trajectory, name: str, kind
         ViolationKind.CLIMB: motion.velocity_mps[2],
         ViolationKind.DESCENT: -motion.velocity_mps[2],
         ViolationKind.ACCELERATION: np.linalg.norm(motion.acceleration_mps2),
+        ViolationKind.JERK: _jerk_around(curve, violation.time_s),
     }[kind]
     assert there == pytest.approx(measured, rel=1e-6)
 
 
+def _jerk_around(curve: Trajectory, time_s: float) -> float:
+    """From accelerations a little apart: the jerk of a piece is constant."""
+    step_s = 0.2 * curve.knot_interval_s
+    before, after = curve.motion_at(time_s - step_s), curve.motion_at(time_s + step_s)
+    return float(np.linalg.norm(after.acceleration_mps2 - before.acceleration_mps2)) / (2.0 * step_s)
+
+
+def test_a_path_is_no_longer_than_its_budget(curve: Trajectory) -> None:
+    along = curve.sample(np.linspace(curve.start_s, curve.end_s, 200_001)).position_m
+    length_m = float(np.linalg.norm(np.diff(along, axis=0), axis=1).sum())
+    assert inspect(curve, problem_of(curve, max_length_m=length_m * 1.0001)).passed
+    (violation,) = inspect(curve, problem_of(curve, max_length_m=length_m * 0.9999)).violations
+    assert violation.kind is ViolationKind.LENGTH
+    assert violation.measured == pytest.approx(length_m, rel=1e-6)
+
+
 def test_no_limit_of_the_vehicle_goes_unchecked() -> None:
-    checked = {"max_speed_mps", "max_climb_mps", "max_descent_mps", "max_acceleration_mps2"}
+    checked = {"max_speed_mps", "max_climb_mps", "max_descent_mps", "max_acceleration_mps2", "max_jerk_mps3"}
     # The heading is made by planner.yaw within its rate; it is not part of the curve.
     assert {field.name for field in dataclasses.fields(Limits)} == checked | {"max_yaw_rate_radps"}
 

@@ -170,3 +170,17 @@ def test_a_mission_of_similar_size_runs_what_is_compiled(plan) -> None:
         jax.monitoring.unregister_event_duration_listener(listen)
     assert found.selected is not None
     assert compiled_s == []
+
+
+def test_plans_keep_to_a_jerk_and_a_length() -> None:
+    limits = dataclasses.replace(problem_with().limits, max_jerk_mps3=3.0)
+    found = solve(problem_with(limits=limits, max_length_m=220.0), OPTIONS)
+    curve = found.best.trajectory
+    moments = np.linspace(curve.start_s, curve.end_s, 5001)
+    samples = curve.sample(moments)
+    jerk = np.linalg.norm(np.diff(samples.acceleration_mps2, axis=0), axis=1) / np.diff(moments)
+    assert jerk.max() <= 3.0 * (1.0 + 1e-6)
+    assert np.linalg.norm(np.diff(samples.position_m, axis=0), axis=1).sum() <= 220.0
+    # Both are used, not merely kept.
+    assert jerk.max() > 1.5
+    assert found.best.report.length_m > 200.0
