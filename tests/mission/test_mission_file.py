@@ -195,7 +195,8 @@ def test_what_the_advice_tells_people_to_write_is_accepted(tmp_path):
 
 
 def test_a_closed_tour_ends_where_it_starts(sound):
-    problem = problem_from_mission(load(sound, ["planner.closed_tour=true"]))
+    start = list(load(sound).planner.start_enu_m)
+    problem = problem_from_mission(load(sound, ["planner.closed_tour=true", f"planner.end_enu_m={start}"]))
     np.testing.assert_array_equal(problem.end_position_m, problem.start.position_m)
     with pytest.raises(InputError, match="keep one of the two"):
         load(sound, ["planner.closed_tour=true", "planner.end_enu_m=[50.0, 50.0, 40.0]"])
