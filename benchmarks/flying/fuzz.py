@@ -104,9 +104,6 @@ class FuzzedWire:
     def send(self, data: bytes) -> None:
         """Swallow."""
 
-    def believe(self) -> None:
-        """There is nobody else to answer."""
-
     def close(self) -> None:
         """Nothing to let go of."""
 
