@@ -164,6 +164,9 @@ class Commands:
         if self._autopilot is Autopilot.ARDUPILOT:
             # A GUIDED accepted right after boot is silently undone: look at the mode before arming.
             self._set_guided()
+        elif self._telemetry.mode is FlightMode.EXTERNAL:
+            # PX4 goes back to Offboard when it disarms after a flight, and there it arms for a stream only.
+            self._action.hold()
         self._action.arm()
 
     def _set_guided(self) -> None:

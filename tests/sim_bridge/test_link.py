@@ -113,6 +113,19 @@ def test_a_vehicle_is_armed_flown_by_setpoints_and_landed(autopilot):
         client.state(lambda state: not state.armed and state.landed is LandedState.ON_GROUND)
 
 
+def test_a_px4_that_stands_in_offboard_after_a_flight_is_armed_for_the_next():
+    with flying() as client:
+        state = client.state(lambda state: state.ready)
+        client.link.stream(hover(state))
+        time.sleep(0.2)
+        assert client.do(Command.FOLLOW_SETPOINTS).accepted
+        client.link.close_stream()
+        client.state(lambda state: state.mode is FlightMode.EXTERNAL and not state.armed)
+        time.sleep(0.5)
+        assert client.do(Command.ARM).accepted
+        client.state(lambda state: state.armed and state.mode is FlightMode.HOLD)
+
+
 def test_arming_that_is_refused_says_why_in_the_vehicles_own_words():
     with flying(ready_after_s=500.0) as client:
         state = client.state()

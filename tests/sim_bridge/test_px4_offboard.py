@@ -73,6 +73,18 @@ def test_stream_then_mode_then_arm_flies_from_the_ground():
     assert math.dist(gs.position, HIGH) < 0.5
 
 
+def test_landed_from_offboard_it_stands_in_offboard_again_and_arms_only_after_another_mode():
+    gs = in_offboard()
+    assert gs.command(mavlink.MAV_CMD_NAV_LAND) == ACCEPTED
+    gs.wait_for(lambda: not gs.armed, within_s=60.0)
+    gs.wait(1.1)
+    assert gs.custom_mode == OFFBOARD
+    assert gs.arm() != ACCEPTED
+    assert "Arming denied" in gs.said
+    assert gs.px4_mode(HOLD) == ACCEPTED
+    assert gs.arm() == ACCEPTED
+
+
 def test_two_setpoints_a_second_keep_offboard():
     gs = in_offboard()
     for _ in range(20):

@@ -43,6 +43,10 @@ STATEMENTS = {
         "test_px4_offboard::test_in_flight_without_a_stream_the_mode_is_temporarily_rejected",
         "test_px4_offboard::test_stream_then_mode_then_arm_flies_from_the_ground",
     ),
+    "PX4: landed from Offboard it stands in Offboard again, and arms there for a stream only": (
+        "test_px4_offboard::test_landed_from_offboard_it_stands_in_offboard_again_and_arms_only_after_another_mode",
+        "test_link::test_a_px4_that_stands_in_offboard_after_a_flight_is_armed_for_the_next",
+    ),
     "PX4: two setpoints a second keep Offboard, below that it flaps": (
         "test_px4_offboard::test_two_setpoints_a_second_keep_offboard",
         "test_px4_offboard::test_below_two_a_second_the_mode_flaps",
