@@ -34,6 +34,8 @@ MOST_REFINEMENT = 4
 # Triangles are cut until none reaches further from its middle than this share of a cell.
 TRIANGLE_SHARE = 0.25
 AIR_CELLS = 2
+# Cells come in multiples of this, so that grids of similar size run compiled code.
+CELLS_AT_ONCE = 8
 
 
 class DistanceGrid(eqx.Module):
@@ -126,16 +128,19 @@ def from_voxels(
     before = np.maximum(np.ceil((low - region.box_min_m) / edge), 1.0)
     after = np.maximum(np.ceil((region.box_max_m - low) / edge) - solid.shape, 1.0)
     share = 1.0
-    while share > 0.01 and _node_count(solid.shape + np.ceil(share * before) + np.ceil(share * after)) > MOST_NODES:
+    while share > 0.01 and (
+        _node_count(_rounded(solid.shape + np.ceil(share * before) + np.ceil(share * after))) > MOST_NODES
+    ):
         share *= 0.9
     # At least one cell of air all around: the region holds the solid, and its border is outside.
-    air = [(int(np.ceil(share * b)), int(np.ceil(share * a))) for b, a in zip(before, after, strict=True)]
-    padded = np.pad(solid, air)
+    first = np.ceil(share * before).astype(int)
+    last = _rounded(solid.shape + first + np.ceil(share * after)) - first - solid.shape
+    padded = np.pad(solid, list(zip(first, last, strict=True)))
     refinement = 1
     while refinement < MOST_REFINEMENT and _node_count((refinement + 1) * np.array(padded.shape)) <= MOST_NODES:
         refinement += 1
     fine = np.kron(padded, np.ones((refinement,) * 3, dtype=bool)) if refinement > 1 else padded
-    low = low - edge * [one for one, _ in air]
+    low = low - edge * first
     edge = edge / refinement
     outside = np.asarray(distance_transform_edt(~_nodes_of(fine), sampling=edge))
     # A node in a solid without air beside it lies as deep as the nearest node of air.
@@ -275,6 +280,11 @@ def _nodes_of(cells: Bool[np.ndarray, "nx ny nz"]) -> Bool[np.ndarray, "mx my mz
     return nodes
 
 
+def _rounded(cells: Float[np.ndarray, "3"]) -> Int[np.ndarray, "3"]:
+    """So many cells, or a few more."""
+    return (np.ceil(np.asarray(cells) / CELLS_AT_ONCE) * CELLS_AT_ONCE).astype(int)
+
+
 def _node_count(cells: Float[np.ndarray, "3"]) -> float:
     return float(np.prod(np.asarray(cells) + 1.0))
 
@@ -284,7 +294,7 @@ def _fitting_cell(lengths_m: Float[np.ndarray, "3"], cell_m: float) -> float:
     if not (np.isfinite(cell_m) and cell_m > 0.0):
         raise ValueError(f"the cells of a grid need positive edges, got {cell_m}")
     edge = cell_m
-    while _node_count(np.ceil(lengths_m / edge) + 2.0 * AIR_CELLS) > MOST_NODES:
+    while _node_count(_rounded(np.ceil(lengths_m / edge) + 2.0 * AIR_CELLS)) > MOST_NODES:
         edge *= 1.05
     return edge
 
@@ -296,7 +306,7 @@ def _nodes_over(
     low = np.minimum(region.box_min_m, solid_low_m)
     high = np.maximum(region.box_max_m, solid_high_m)
     edge = np.full(3, _fitting_cell(high - low, cell_m))
-    counts = np.ceil((high - low) / edge).astype(int) + 2 * AIR_CELLS + 1
+    counts = _rounded(np.ceil((high - low) / edge) + 2.0 * AIR_CELLS) + 1
     low = low - AIR_CELLS * edge
     axes = [low[axis] + edge[axis] * np.arange(counts[axis]) for axis in range(3)]
     return low, edge, np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1)

@@ -201,3 +201,16 @@ def test_far_from_the_voxels_of_a_large_region_distances_are_rough_but_never_too
     exact, found = box.distance(points), grid.distance(points)
     assert (found <= exact + 1e-9).all()
     assert (found > 0.6 * exact).all()
+
+
+def test_grids_of_similar_size_have_one_shape_so_that_compiled_code_serves_all() -> None:
+    rng = np.random.default_rng(7)
+    points, occupied = rng.uniform(2.0, 8.0, (50, 3)), rng.random((12, 12, 8)) < 0.2
+    shapes = []
+    for longer_m in (0.2, 0.4, 0.9):
+        region = Workspace(REGION.box_min_m, REGION.box_max_m + longer_m)
+        cloud = from_points(points, 0.3, region, 0.5)
+        cells = from_voxels(occupied, np.ones(3), 0.5, region)
+        assert (cells.low_m + cells.cell_m * (np.array(cells.values_m.shape) - 1) >= region.box_max_m - 1e-9).all()
+        shapes.append((cloud.values_m.shape, cells.values_m.shape))
+    assert len(set(shapes)) == 1
