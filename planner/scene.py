@@ -40,6 +40,10 @@ CLIMBING_WEIGHT = 0.05
 LENGTH_WEIGHT = 20.0
 # Below this share of full speed turning too fast counts for less: at standstill it is nothing over nothing.
 SLOW_TURN_SHARE = 0.1
+# Beside the rate itself, which a path may keep by stopping and going back, the angle between directions this many knots
+# apart is kept; and firmly from the first round, as a path that was let to turn on the spot does not find back.
+TURN_KNOTS = (2, 4)
+TURN_WEIGHT = 10.0
 _TURN_PLACES = np.arange(4) / 4.0
 _RATES = np.stack([0.0 * _TURN_PLACES, 1.0 + 0.0 * _TURN_PLACES, 2.0 * _TURN_PLACES, 3.0 * _TURN_PLACES**2], axis=1)
 _RATES = (_RATES @ BLEND).astype(np.float32)
@@ -145,7 +149,7 @@ class Scene(eqx.Module):
         )
 
     def _turns(self, metres: Float[Array, "control 3"]) -> Float[Array, "place"]:
-        """By how much the horizontal velocity turns too fast; nothing where the vehicle stands, as there it cannot."""
+        """By how much the horizontal velocity turns too fast; nothing where the vehicle stands: it has no direction."""
         limit = self.max_turn_rate_radps
         segments = metres.shape[0] - 3
         window = jnp.stack([metres[part : part + segments, :2] for part in range(4)], axis=1)
@@ -154,7 +158,14 @@ class Scene(eqx.Module):
         across = velocity[..., 0] * force[..., 1] - velocity[..., 1] * force[..., 0]
         squared = jnp.sum(velocity**2, axis=-1)
         slow = (SLOW_TURN_SHARE * self.max_speed_mps) ** 2
-        return ((jnp.abs(across) - limit * squared) / (limit * (squared + slow))).reshape(-1)
+        too_fast = [((jnp.abs(across) - limit * squared) / (limit * (squared + slow))).reshape(-1)]
+        leg = jnp.diff(metres[:, :2], axis=0) / self.knot_interval_s
+        for apart in TURN_KNOTS:
+            before, after = leg[:-apart], leg[apart:]
+            angle = jnp.minimum(apart * self.knot_interval_s * limit, jnp.pi)
+            size = jnp.sqrt(jnp.sum(before**2, axis=-1) * jnp.sum(after**2, axis=-1) + slow**2)
+            too_fast.append((jnp.cos(angle) * (size - slow) - jnp.sum(before * after, axis=-1)) / size)
+        return TURN_WEIGHT * jnp.concatenate(too_fast)
 
     def ergodic_metric(self, positions: Float[Array, "time 3"]) -> Float[Array, ""]:
         """E of a candidate (with what was covered before)."""
