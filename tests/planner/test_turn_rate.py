@@ -98,11 +98,11 @@ def test_a_ratio_of_constants_is_their_ratio() -> None:
 @pytest.mark.slow
 def test_what_is_planned_keeps_the_turn_rate() -> None:
     problem = wide_box()
-    options = Options(candidates=4, modes=(6, 6, 1), kernel=Kernel.RBF)
-    plan = solve(problem, options)
+    plan = solve(problem, Options(candidates=8, modes=(6, 6, 1), kernel=Kernel.RBF))
+    assert len(plan.ranked()) >= 3
     for candidate in plan.ranked():
         assert turn_rates(candidate.trajectory, 0.05).max() <= WINGS.max_turn_rate_radps * (1.0 + 1e-6)
-    assert plan.best.ergodic_metric < 0.05
+    assert plan.best.ergodic_metric < 0.005
 
 
 def test_most_seeds_nearly_keep_the_turn_rate() -> None:
