@@ -35,6 +35,21 @@ def findings_between(sections: Mapping[str, Any]) -> list[Finding]:
     ]
 
 
+def findings_for_flying(mission: Mission) -> list[Finding]:
+    """Why a mission that can be planned and exported cannot be flown; empty: it can."""
+    if mission.vehicle.preset != "fixed-wing":
+        return []
+    return [
+        Finding(
+            "vehicle.preset",
+            '"fixed-wing"',
+            "is for planning: a flight climbs, waits and brakes on the spot, and its paths start and end at rest, "
+            "which no wing carries; plan and export the mission (`mission plan`) for another ground station, or choose "
+            "the preset of a multirotor",
+        )
+    ]
+
+
 def _ends(mission: Mission) -> Iterator[tuple[str, tuple[float, float, float]]]:
     yield "planner.start_enu_m", mission.planner.start_enu_m
     if mission.planner.end_enu_m is not None:

@@ -20,10 +20,12 @@ import numpy as np
 
 from mission import keys
 from mission.belief import Belief
+from mission.checks import findings_for_flying
 from mission.clock import FlightClock
 from mission.connecting import SIM, vehicle_of
 from mission.events import FlightMethod
 from mission.executive import Executive
+from mission.findings import InputError
 from mission.flight_folder import MISSION_NAME, draw_outputs, read_flight_folder
 from mission.flight_log import read_flight_log
 from mission.flight_loop import FlightLoop
@@ -114,7 +116,7 @@ def fly(planned: Planned, *, folder: Path | None = None, speed: float = 1.0, wat
         How it ended.
 
     Raises:
-        ValueError: There is nothing to fly.
+        ValueError: There is nothing to fly, or the vehicle is one that can only be planned for.
         LinkError: The vehicle cannot be reached.
         OSError: The folder cannot be written.
     """
@@ -145,11 +147,13 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
         How it ended.
 
     Raises:
-        ValueError: There is nothing to fly.
+        ValueError: There is nothing to fly, or the vehicle is one that can only be planned for.
         LinkError: The vehicle cannot be reached.
         OSError: The folder cannot be written.
     """
     mission, problem = planned.mission, planned.problem
+    if reasons := findings_for_flying(mission):
+        raise InputError(mission.name, reasons)
     exploration = planned.plan.best.trajectory
     recorder = Recorder(settings.folder, _header(planned, settings))
     files: list[Path] = []

@@ -155,6 +155,7 @@ class Ground:
                     duration_s=trajectory.duration_s,
                     fence_polygon_m=fence,
                     covered=None,
+                    max_length_m=np.inf,
                 ),
             )
             return "; ".join(violation.text for violation in report.violations)

@@ -132,6 +132,8 @@ class PlannedLimits(Record):
     fence_polygon_enu_m: list[Corner] | None
     max_jerk_mps3: float | None = None
     """Null where there is no limit."""
+    max_turn_rate_radps: float | None = None
+    """Null where there is no limit."""
     max_length_m: float | None = None
     """Null where there is no limit."""
 

@@ -74,6 +74,7 @@ def plan_file_of(planned: Planned) -> PlanFile:
             max_acceleration_mps2=problem.limits.max_acceleration_mps2,
             max_yaw_rate_radps=problem.limits.max_yaw_rate_radps,
             max_jerk_mps3=finite(problem.limits.max_jerk_mps3),
+            max_turn_rate_radps=finite(problem.limits.max_turn_rate_radps),
             max_length_m=finite(problem.max_length_m),
             clearance_margin_m=problem.clearance_margin_m,
             vehicle_radius_m=problem.vehicle_radius_m,

@@ -28,6 +28,7 @@ def limits_of(vehicle: Vehicle) -> Limits:
         max_acceleration_mps2=vehicle.max_acceleration_mps2,
         max_yaw_rate_radps=math.radians(vehicle.max_yaw_rate_degps),
         max_jerk_mps3=vehicle.max_jerk_mps3 or math.inf,
+        max_turn_rate_radps=math.radians(vehicle.max_turn_rate_degps or math.inf),
     )
 
 

@@ -136,6 +136,7 @@ def frequency_scale(scene: Scene, count: int, penalty: Float[Array, ""]) -> Floa
     slowest = jnp.minimum(scene.max_speed_mps, jnp.minimum(scene.max_climb_mps, scene.max_descent_mps))
     speed = jnp.stack([scene.max_speed_mps, scene.max_speed_mps, slowest])
     first = 2.0 * difference * scene.lengths_m / (speed * scene.knot_interval_s)
-    second = 2.0 * difference**2 * scene.lengths_m / (scene.max_acceleration_mps2 * scene.knot_interval_s**2)
+    across = jnp.minimum(scene.max_acceleration_mps2, scene.max_turn_rate_radps * scene.max_speed_mps)
+    second = 2.0 * difference**2 * scene.lengths_m / (across * scene.knot_interval_s**2)
     third = 2.0 * difference**3 * scene.lengths_m / (scene.max_jerk_mps3 * scene.knot_interval_s**3)
     return (METRIC_CURVATURE / count + penalty * ACTIVE_SHARE * (first**2 + second**2 + third**2)) ** -0.5

@@ -26,6 +26,8 @@ from planner.trajectory import Trajectory
 _BEZIER = np.array([[1.0, 4.0, 1.0, 0.0], [0.0, 4.0, 2.0, 0.0], [0.0, 2.0, 4.0, 0.0], [0.0, 1.0, 4.0, 1.0]]) / 6.0
 # Sixty halvings are past the last digit of a double.
 _MOST_HALVINGS = 60
+# Dinkelbach's steps converge faster than linearly: a handful is usual.
+_MOST_RATIOS = 50
 _ROUNDING = 1e-12
 # Pieces smaller than this are not halved further.
 SMALLEST_RADIUS_M = 1e-5
@@ -76,14 +78,54 @@ def derivative(bernstein: Float[np.ndarray, "piece order axis"], interval_s: flo
 
 def squared_norm(bernstein: Float[np.ndarray, "piece order axis"]) -> np.ndarray:
     """Bernstein coefficients of ‖·‖², shape (piece, 2·order − 1)."""
-    degree = bernstein.shape[1] - 1
-    products = np.einsum("pia,pja->pij", bernstein, bernstein)
-    result = np.zeros((len(bernstein), 2 * degree + 1))
-    for i in range(degree + 1):
-        for j in range(degree + 1):
-            share = math.comb(degree, i) * math.comb(degree, j) / math.comb(2 * degree, i + j)
+    return inner_product(bernstein, bernstein)
+
+
+def inner_product(
+    first: Float[np.ndarray, "piece order axis"], second: Float[np.ndarray, "piece other axis"]
+) -> np.ndarray:
+    """Bernstein coefficients of ⟨·, ·⟩, shape (piece, order + other − 1)."""
+    m, n = first.shape[1] - 1, second.shape[1] - 1
+    products = np.einsum("pia,pja->pij", first, second)
+    result = np.zeros((len(first), m + n + 1))
+    for i in range(m + 1):
+        for j in range(n + 1):
+            share = math.comb(m, i) * math.comb(n, j) / math.comb(m + n, i + j)
             result[:, i + j] += share * products[:, i, j]
     return result
+
+
+def greatest_ratio(
+    numerator: Float[np.ndarray, "piece order"], denominator: Float[np.ndarray, "piece order"]
+) -> Extremum:
+    """The greatest |p|/q of polynomials over their pieces, to rounding (Dinkelbach, 1967).
+
+    p/q ≤ r is p − r·q ≤ 0, a polynomial; r rises to the ratio where that is greatest, and stops at the maximum.
+
+    Args:
+        numerator: Coefficients of p.
+        denominator: Coefficients of q > 0, of the same degree.
+    """
+    best = Extremum(0.0, 0.0)
+    for _ in range(_MOST_RATIOS):
+        risen = best
+        for sign in (1.0, -1.0):
+            found = maximum(sign * numerator - best.value * denominator)
+            if found.value > 0.0:
+                value = sign * _value(numerator, found.parameter) / _value(denominator, found.parameter)
+                risen = max(risen, Extremum(value, found.parameter), key=lambda one: one.value)
+        if risen.value <= best.value * (1.0 + _ROUNDING):
+            break
+        best = risen
+    return best
+
+
+def _value(bernstein: Float[np.ndarray, "piece order"], parameter: float) -> float:
+    """A piecewise polynomial at one place."""
+    piece = min(int(parameter), len(bernstein) - 1)
+    u, degree = parameter - piece, bernstein.shape[1] - 1
+    basis = [math.comb(degree, i) * u**i * (1.0 - u) ** (degree - i) for i in range(degree + 1)]
+    return float(np.dot(bernstein[piece], basis))
 
 
 def maximum(bernstein: Float[np.ndarray, "piece order"]) -> Extremum:

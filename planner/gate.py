@@ -1,8 +1,8 @@
 """The gate: what may be flown is proven here, in double precision, over every moment of the curve that is streamed.
 
 Clearance and the fence are 1-Lipschitz distances and are proven by bisection; box, speed, climb and descent by the
-exact extrema of polynomials; acceleration at the knots, between which it is linear and its norm therefore convex; jerk
-on the pieces, where it is constant; the length by quadrature.
+exact extrema of polynomials, the turn rate by those of a ratio of polynomials; acceleration at the knots, between which
+it is linear and its norm therefore convex; jerk on the pieces, where it is constant; the length by quadrature.
 The heading is not part of the curve: `planner.yaw` turns it no faster than `Limits.max_yaw_rate_radps` allows.
 """
 
@@ -15,7 +15,16 @@ from typing import NoReturn
 import numpy as np
 from jaxtyping import Float
 
-from planner.curve_bounds import bezier_points, derivative, least_along, maximum, squared_norm
+from planner.curve_bounds import (
+    Extremum,
+    bezier_points,
+    derivative,
+    greatest_ratio,
+    inner_product,
+    least_along,
+    maximum,
+    squared_norm,
+)
 from planner.polygon import FAR_M, KeepIn
 from planner.problem import Problem
 from planner.trajectory import Trajectory
@@ -42,13 +51,19 @@ class ViolationKind(enum.Enum):
     DESCENT = "descent"
     ACCELERATION = "acceleration"
     JERK = "jerk"
+    TURN_RATE = "turn rate"
     LENGTH = "length"
     START = "start"
     END = "end"
     DURATION = "duration"
 
 
-_UNITS = {ViolationKind.ACCELERATION: "m/s²", ViolationKind.JERK: "m/s³", ViolationKind.LENGTH: "m"}
+_UNITS = {
+    ViolationKind.ACCELERATION: "m/s²",
+    ViolationKind.JERK: "m/s³",
+    ViolationKind.TURN_RATE: "rad/s",
+    ViolationKind.LENGTH: "m",
+}
 
 
 @dataclasses.dataclass(frozen=True)
@@ -84,6 +99,7 @@ class GateReport:
         max_descent_mps: Greatest downward velocity.
         max_acceleration_mps2: Greatest acceleration.
         max_jerk_mps3: Greatest jerk.
+        max_turn_rate_radps: Greatest rate at which the horizontal velocity turns; None where the problem has no limit.
         length_m: Length of the path.
         duration_s: Time from its first to its last point.
     """
@@ -95,6 +111,7 @@ class GateReport:
     max_descent_mps: float
     max_acceleration_mps2: float
     max_jerk_mps3: float
+    max_turn_rate_radps: float | None
     length_m: float
     duration_s: float
 
@@ -203,6 +220,9 @@ def inspect(trajectory: Trajectory, problem: Problem) -> GateReport:
     jerk = np.linalg.norm(np.diff(control, n=3, axis=0), axis=1) / trajectory.knot_interval_s**3
     piece = int(np.argmax(jerk))
     greatest[ViolationKind.JERK] = (float(jerk[piece]), limits.max_jerk_mps3, piece + 0.5)
+    if np.isfinite(limits.max_turn_rate_radps):
+        turn = _turn_rate_radps(velocity, trajectory.knot_interval_s, limits.max_speed_mps)
+        greatest[ViolationKind.TURN_RATE] = (turn.value, limits.max_turn_rate_radps, turn.parameter)
     length_m = _length_m(velocity, trajectory.knot_interval_s)
     greatest[ViolationKind.LENGTH] = (length_m, problem.max_length_m, float(trajectory.segments))
     for kind, (measured, limit, parameter) in greatest.items():
@@ -219,6 +239,7 @@ def inspect(trajectory: Trajectory, problem: Problem) -> GateReport:
         max_descent_mps=greatest[ViolationKind.DESCENT][0],
         max_acceleration_mps2=greatest[ViolationKind.ACCELERATION][0],
         max_jerk_mps3=greatest[ViolationKind.JERK][0],
+        max_turn_rate_radps=greatest[ViolationKind.TURN_RATE][0] if ViolationKind.TURN_RATE in greatest else None,
         length_m=length_m,
         duration_s=trajectory.duration_s,
     )
@@ -297,6 +318,19 @@ def _inspect_ends(found: _Findings, problem: Problem) -> None:
         found.add(ViolationKind.DURATION, trajectory.duration_s, problem.duration_s, end, text)
 
 
+def _turn_rate_radps(velocity: Float[np.ndarray, "piece 3 3"], interval_s: float, full_mps: float) -> Extremum:
+    """The greatest |v × a|/‖v‖² of the horizontal motion: how fast its direction turns.
+
+    Where the vehicle stands there is no direction: to ‖v‖² is added what rounding may take from it, a square of some
+    30 millionths of full speed, below which turning is free.
+    """
+    horizontal, force = velocity[:, :, :2], derivative(velocity, interval_s)[:, :, :2]
+    across = inner_product(horizontal, np.stack([force[:, :, 1], -force[:, :, 0]], axis=-1))
+    # Written with the degree of ‖v‖².
+    raised = inner_product(across[:, :, None], np.ones((len(across), 2, 1)))
+    return greatest_ratio(raised, squared_norm(horizontal) + RELATIVE_TOLERANCE * full_mps**2)
+
+
 def _length_m(velocity: Float[np.ndarray, "piece 3 3"], interval_s: float) -> float:
     """Length by Gauss quadrature of the speed over each piece."""
     node, weight = np.polynomial.legendre.leggauss(16)
@@ -319,5 +353,14 @@ def _diverged(trajectory: Trajectory, problem: Problem) -> GateReport:
     )
     infinite = float("inf")
     return GateReport(
-        (violation,), -infinite, infinite, infinite, infinite, infinite, infinite, infinite, trajectory.duration_s
+        violations=(violation,),
+        min_clearance_m=-infinite,
+        max_speed_mps=infinite,
+        max_climb_mps=infinite,
+        max_descent_mps=infinite,
+        max_acceleration_mps2=infinite,
+        max_jerk_mps3=infinite,
+        max_turn_rate_radps=None,
+        length_m=infinite,
+        duration_s=trajectory.duration_s,
     )

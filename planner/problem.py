@@ -26,6 +26,8 @@ class Limits:
         max_acceleration_mps2: Bound on the norm of the acceleration.
         max_yaw_rate_radps: Bound on the rate of the heading.
         max_jerk_mps3: Bound on the norm of the jerk; infinite: none.
+        max_turn_rate_radps: Bound on the rate at which the horizontal velocity turns, for vehicles that cannot turn on
+            the spot; infinite: none. The heading's own rate is `max_yaw_rate_radps`.
 
     Raises:
         ValueError: A limit that is not positive, or not finite where it must be.
@@ -37,10 +39,16 @@ class Limits:
     max_acceleration_mps2: float
     max_yaw_rate_radps: float = float(np.deg2rad(45.0))
     max_jerk_mps3: float = float("inf")
+    max_turn_rate_radps: float = float("inf")
+
+    @property
+    def turning_acceleration_mps2(self) -> float:
+        """Greatest acceleration across the path at full speed: the vehicle's, or what its turn rate allows."""
+        return min(self.max_acceleration_mps2, self.max_turn_rate_radps * self.max_speed_mps)
 
     def __post_init__(self) -> None:
         for name, value in dataclasses.asdict(self).items():
-            unbounded = name == "max_jerk_mps3" and value == np.inf
+            unbounded = name in ("max_jerk_mps3", "max_turn_rate_radps") and value == np.inf
             if not ((np.isfinite(value) and value > 0.0) or unbounded):
                 raise ValueError(f"{name} must be positive and finite, got {value}")
 

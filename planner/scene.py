@@ -38,6 +38,19 @@ TURNING_WEIGHT = 1e-3
 CLIMBING_WEIGHT = 0.05
 # One number for the whole path has to weigh as much as what each of its pieces has to keep.
 LENGTH_WEIGHT = 20.0
+# Below this share of full speed turning too fast counts for less: at standstill it is nothing over nothing.
+SLOW_TURN_SHARE = 0.1
+# Beside the rate itself, which a path may keep by stopping and going back, the angle between directions this many knots
+# apart is kept; and firmly from the first round, as a path that was let to turn on the spot does not find back.
+TURN_KNOTS = (2, 4)
+TURN_WEIGHT = 10.0
+_TURN_PLACES = np.arange(4) / 4.0
+_RATES = np.stack([0.0 * _TURN_PLACES, 1.0 + 0.0 * _TURN_PLACES, 2.0 * _TURN_PLACES, 3.0 * _TURN_PLACES**2], axis=1)
+_RATES = (_RATES @ BLEND).astype(np.float32)
+"""Velocity at four places of a segment, from its control points; times the knot interval."""
+_CURVATURES = np.stack([np.zeros(4), np.zeros(4), np.full(4, 2.0), 6.0 * _TURN_PLACES], axis=1)
+_CURVATURES = (_CURVATURES @ BLEND).astype(np.float32)
+"""Acceleration there, times the square of the interval."""
 FEWEST_SEGMENTS = 16
 MOST_SEGMENTS = 1024
 
@@ -58,6 +71,7 @@ class Scene(eqx.Module):
         max_descent_mps: Drawn in.
         max_acceleration_mps2: Drawn in.
         max_jerk_mps3: Drawn in; infinite: no limit.
+        max_turn_rate_radps: Drawn in; infinite: no limit.
         max_length_m: Drawn in; infinite: no limit.
         obstacles: Signed distances.
         fence: Signed distance to the polygon that holds the flight.
@@ -65,6 +79,7 @@ class Scene(eqx.Module):
             samples.
         slack_m: That allowance alone.
         samples_per_segment: Samples of the curve on each segment.
+        turns_are_limited: Whether there is a turn rate to keep: without one nothing is spent on it.
     """
 
     metric: SpectralMetric | KernelMetric
@@ -79,12 +94,14 @@ class Scene(eqx.Module):
     max_descent_mps: Float[Array, ""]
     max_acceleration_mps2: Float[Array, ""]
     max_jerk_mps3: Float[Array, ""]
+    max_turn_rate_radps: Float[Array, ""]
     max_length_m: Float[Array, ""]
     obstacles: ObstacleField
     fence: KeepIn
     keep_out_m: Float[Array, ""]
     slack_m: Float[Array, ""]
     samples_per_segment: int = eqx.field(static=True)
+    turns_are_limited: bool = eqx.field(static=True)
 
     def control_points(self, free: Float[Array, "free 3"]) -> Float[Array, "control 3"]:
         """All control points of a candidate, unit cube."""
@@ -101,7 +118,7 @@ class Scene(eqx.Module):
         """Every hard condition as a dimensionless number that must not be positive.
 
         Box, speed, climb, descent, acceleration, jerk and length are conditions on control points, which imply them on
-        the curve (`planner.trajectory`); clearance and the fence are taken at the samples.
+        the curve (`planner.trajectory`); clearance, the fence and the turn rate are taken at samples.
         """
         metres = control * self.lengths_m
         # The polygon of the control points is never shorter than the curve.
@@ -116,8 +133,10 @@ class Scene(eqx.Module):
         clearance = (self.keep_out_m - self.obstacles.distance(places)) / step_m
         fence = (self.slack_m - self.fence.distance(places[:, :2])) / step_m
         up = velocity[:, 2]
+        turns = [self._turns(metres)] if self.turns_are_limited else []
         return jnp.concatenate(
             [
+                *turns,
                 jnp.sum((velocity / self.max_speed_mps) ** 2, axis=-1) - 1.0,
                 jnp.where(up > 0.0, up / self.max_climb_mps, -up / self.max_descent_mps) - 1.0,
                 jnp.sum((acceleration / self.max_acceleration_mps2) ** 2, axis=-1) - 1.0,
@@ -128,6 +147,25 @@ class Scene(eqx.Module):
                 fence,
             ]
         )
+
+    def _turns(self, metres: Float[Array, "control 3"]) -> Float[Array, "place"]:
+        """By how much the horizontal velocity turns too fast; nothing where the vehicle stands: it has no direction."""
+        limit = self.max_turn_rate_radps
+        segments = metres.shape[0] - 3
+        window = jnp.stack([metres[part : part + segments, :2] for part in range(4)], axis=1)
+        velocity = jnp.einsum("uc,sca->sua", _RATES, window) / self.knot_interval_s
+        force = jnp.einsum("uc,sca->sua", _CURVATURES, window) / self.knot_interval_s**2
+        across = velocity[..., 0] * force[..., 1] - velocity[..., 1] * force[..., 0]
+        squared = jnp.sum(velocity**2, axis=-1)
+        slow = (SLOW_TURN_SHARE * self.max_speed_mps) ** 2
+        too_fast = [((jnp.abs(across) - limit * squared) / (limit * (squared + slow))).reshape(-1)]
+        leg = jnp.diff(metres[:, :2], axis=0) / self.knot_interval_s
+        for apart in TURN_KNOTS:
+            before, after = leg[:-apart], leg[apart:]
+            angle = jnp.minimum(apart * self.knot_interval_s * limit, jnp.pi)
+            size = jnp.sqrt(jnp.sum(before**2, axis=-1) * jnp.sum(after**2, axis=-1) + slow**2)
+            too_fast.append((jnp.cos(angle) * (size - slow) - jnp.sum(before * after, axis=-1)) / size)
+        return TURN_WEIGHT * jnp.concatenate(too_fast)
 
     def ergodic_metric(self, positions: Float[Array, "time 3"]) -> Float[Array, ""]:
         """E of a candidate (with what was covered before)."""
@@ -179,7 +217,7 @@ def knots_for(problem: Problem, options: Options) -> tuple[int, int]:
         if count > 1
     )
     interval_s = max(
-        TURN_SHARE * limits.max_speed_mps / limits.max_acceleration_mps2,
+        TURN_SHARE * limits.max_speed_mps / limits.turning_acceleration_mps2,
         half_wave_m / limits.max_speed_mps / KNOTS_PER_HALF_WAVE,
     )
     wanted = np.clip(problem.duration_s / interval_s, FEWEST_SEGMENTS, MOST_SEGMENTS)
@@ -226,12 +264,14 @@ def scene_of(problem: Problem, options: Options, segments: int, samples_per_segm
         max_descent_mps=single(LIMIT_SHARE * limits.max_descent_mps),
         max_acceleration_mps2=single(LIMIT_SHARE * limits.max_acceleration_mps2),
         max_jerk_mps3=single(LIMIT_SHARE * limits.max_jerk_mps3),
+        max_turn_rate_radps=single(LIMIT_SHARE * limits.max_turn_rate_radps),
         max_length_m=single(LIMIT_SHARE * problem.max_length_m),
         obstacles=jax.tree.map(single, problem.obstacles),
         fence=jax.tree.map(single, fence),
         keep_out_m=single(problem.keep_out_m + slack_m),
         slack_m=single(slack_m),
         samples_per_segment=samples_per_segment,
+        turns_are_limited=bool(np.isfinite(limits.max_turn_rate_radps)),
     )
 
 

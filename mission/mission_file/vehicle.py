@@ -55,6 +55,7 @@ PRESETS: dict[str, dict[str, float | str]] = {
         "max_descent_mps": 4.0,
         "max_acceleration_mps2": 6.0,
         "max_yaw_rate_degps": 25.0,
+        "max_turn_rate_degps": 25.0,
         "radius_m": 1.0,
         "endurance_s": 3600.0,
     },
@@ -65,7 +66,8 @@ class Vehicle(Section):
     """What flies; entries that are not given come from the preset."""
 
     preset: PresetName = DEFAULT_PRESET
-    """Whose figures the other entries start from. `fixed-wing` is for planning only: paths start and end at rest."""
+    """Whose figures the other entries start from. `fixed-wing` is for planning and exports alone: paths start and end
+    at rest, and `mission fly` refuses it."""
     autopilot: Literal["px4", "ardupilot"]
     """Whose dialect it speaks."""
     max_speed_mps: Annotated[float, Field(ge=0.01, le=100.0, examples=[8.0])]
@@ -80,6 +82,8 @@ class Vehicle(Section):
     """Greatest change of the acceleration, in any direction; absent: no limit (PX4's own is `MPC_JERK_AUTO`)."""
     max_yaw_rate_degps: Annotated[float, Field(ge=0.01, le=720.0, examples=[45.0])]
     """Greatest rate of the heading."""
+    max_turn_rate_degps: Annotated[float | None, Field(ge=0.01, le=720.0, examples=[25.0])] = None
+    """Greatest rate at which the path turns on the map, for what cannot turn on the spot; absent: no limit."""
     speed_reserve: Annotated[float, Field(ge=0.0, le=0.5)] = 0.06
     """Part of the three speeds that plans leave to the vehicle, for catching up and against wind."""
     radius_m: Annotated[float, Field(ge=0.0, le=50.0, examples=[0.4])]

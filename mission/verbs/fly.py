@@ -47,6 +47,7 @@ def fly(
     as_json: JsonOption = False,
 ) -> None:
     """Plan a mission, fly it, replan on the way, land, and leave a folder with everything about it."""
+    from mission.checks import findings_for_flying
     from mission.loading import load
     from mission.recorder import LOG_NAME
 
@@ -58,6 +59,8 @@ def fly(
         if out is not None and (out / LOG_NAME).exists():
             finding = Finding("--out", str(out), "holds a flight already: give another folder, or `mission resume` it")
             raise InputError(str(out), [finding])
+        if reasons := findings_for_flying(mission):
+            raise InputError(str(mission_file), reasons)
     except InputError as error:
         raise refuse(error, as_json) from error
 

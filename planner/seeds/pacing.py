@@ -28,20 +28,25 @@ ALONG_SHARE = 0.5
 ROUNDING_SHARE = 0.2
 MOST_ROUNDING = 1.0 / 60.0
 PLACES = 1200
+TURN_SHARE = 0.6
+LENGTH_SHARE = 0.97
+# Positions are smoothed over this share of the time in which the jerk reaches the acceleration.
+JERK_SHARE = 0.6
 # How far a vehicle in motion is carried before it turns, as a share of the way that braking takes.
 BRAKING_SHARE = 1.1
 _PROFILE_STEPS = 2000
 
 
 def reach_m(problem: Problem, duration_s: float | None = None) -> float:
-    """How long a path can be that is flown from the start's speed to rest in the time there is.
+    """How long a path can be: what is flown from the start's speed to rest in the time there is, or the length allowed.
 
     Args:
         problem: Vehicle, start and time.
         duration_s: Time; None: the problem's.
     """
     time_s = problem.duration_s if duration_s is None else duration_s
-    return float(_lengths(problem, time_s, SPEED_SHARE * problem.limits.max_speed_mps)[-1])
+    flown_m = float(_lengths(problem, time_s, SPEED_SHARE * problem.limits.max_speed_mps)[-1])
+    return min(flown_m, LENGTH_SHARE * problem.max_length_m)
 
 
 def paced(
@@ -67,7 +72,9 @@ def paced(
     steepest = np.where(slope > 0.0, slope / limits.max_climb_mps, -slope / limits.max_descent_mps)
     greatest = SPEED_SHARE / np.maximum(1.0 / limits.max_speed_mps, steepest)
     across = ACROSS_SHARE * limits.max_acceleration_mps2
-    greatest = np.minimum(greatest, np.sqrt(across / np.maximum(_curvature(path, length), 1e-12)))
+    curvature = np.maximum(_curvature(path, length), 1e-12)
+    greatest = np.minimum(greatest, np.sqrt(across / curvature))
+    greatest = np.minimum(greatest, TURN_SHARE * limits.max_turn_rate_radps / curvature)
     change = 2.0 * ALONG_SHARE * limits.max_acceleration_mps2
     first = float(np.linalg.norm(problem.start.velocity_mps))
 
@@ -88,7 +95,12 @@ def paced(
     when = times(high)
     # A path that no cruise makes fit is flown in the same proportions, faster than seeds should.
     place = np.interp(np.linspace(0.0, when[-1], moments), when, np.arange(len(path)))
-    return at_places(path, place), excess
+    positions = at_places(path, place)
+    spread_s = JERK_SHARE * limits.max_acceleration_mps2 / limits.max_jerk_mps3
+    if spread_s > 0.0:
+        smooth = free.pushed(_smoothed(positions, spread_s / problem.duration_s * (moments - 1)))
+        positions = np.concatenate([positions[:1], smooth[1:-1], positions[-1:]])
+    return positions, excess
 
 
 def _rounded(points_m: Float[np.ndarray, "point 3"], problem: Problem, free: FreeSpace) -> Float[np.ndarray, "place 3"]:
@@ -97,7 +109,7 @@ def _rounded(points_m: Float[np.ndarray, "point 3"], problem: Problem, free: Fre
     total = float(legs.sum())
     path = at_lengths(points_m, legs, np.linspace(0.0, total, PLACES))
     limits = problem.limits
-    radius = ROUNDING_SHARE * limits.max_speed_mps**2 / limits.max_acceleration_mps2
+    radius = ROUNDING_SHARE * limits.max_speed_mps**2 / limits.turning_acceleration_mps2
     spread = min(radius / max(total, 1e-9), MOST_ROUNDING) * (PLACES - 1)
     for share in (1.0, 0.5):
         smooth = free.pushed(_smoothed(path, share * spread))

@@ -8,7 +8,9 @@ import time
 
 import numpy as np
 import pytest
+from typer.testing import CliRunner
 
+from mission.cli import app
 from mission.events import FlightMethod
 from mission.flight import FlightSettings, Outcome, fly, fly_planned
 from mission.flight_folder import read_flight_folder
@@ -231,3 +233,14 @@ def test_progress_is_a_line_a_person_can_read(capsys):
     watcher.progress(progress)
     watcher.progress(progress)
     assert capsys.readouterr().err.count("exploring") <= 1
+
+
+def test_a_fixed_wing_is_planned_but_not_flown(tmp_path):
+    mission = tmp_path / "wings.toml"
+    mission.write_text(MISSION, encoding="utf-8")
+    changes = ["--set", "vehicle.preset=fixed-wing", "--out", str(tmp_path / "flight"), "--json"]
+    result = CliRunner().invoke(app, ["fly", str(mission), *changes])
+    assert result.exit_code == 2
+    assert "vehicle.preset" in result.stderr
+    assert "mission plan" in result.stderr
+    assert not (tmp_path / "flight").exists()

@@ -25,6 +25,7 @@ CLEARANCE_TOLERANCE_M = 1e-4
 PLACE_TOLERANCE_M = 2e-3
 SPEED_TOLERANCE = 1e-3
 ACCELERATION_TOLERANCE = 0.05
+TURNING_SHARE = 0.02
 SAMPLE_TOLERANCE = 1e-6
 ANGLE_TOLERANCE = 1e-6
 SPLINE_TOLERANCE = 1e-6
@@ -64,6 +65,7 @@ def check(plan: dict[str, Any], times_finer: int = TIMES_FINER) -> Confirmed:
         *_keeps_clear(plan, clearance),
         *_keeps_limits(plan, fine_velocity, speed, force, np.linalg.norm(acceleration, axis=1).max()),
         *_keeps_budgets(plan, time, acceleration, fine_position),
+        *_turns_no_faster(plan, fine_position, fine_velocity, fine_acceleration),
         *_stays_inside(plan, fine_position),
         *_begins_and_ends(plan, time, position, velocity),
         *_turns(plan, time, yaw),
@@ -199,6 +201,18 @@ def _keeps_budgets(
         measured = np.linalg.norm(np.diff(points, axis=0), axis=1).sum()
         if measured > length * (1.0 + SPEED_TOLERANCE):
             yield f"length {measured:.2f} exceeds max_length_m = {length}"
+
+
+def _turns_no_faster(plan: dict[str, Any], x: np.ndarray, v: np.ndarray, a: np.ndarray) -> Iterator[str]:
+    """How fast the direction on the map turns, wherever the vehicle goes somewhere."""
+    limit = plan["problem"]["mission"]["vehicle"].get("max_turn_rate_degps")
+    if limit is None:
+        return
+    across, squared = v[:, 0] * a[:, 1] - v[:, 1] * a[:, 0], v[:, 0] ** 2 + v[:, 1] ** 2
+    moving = squared > (TURNING_SHARE * plan["limits"]["max_speed_mps"]) ** 2
+    rate = np.degrees(np.abs(across[moving]) / squared[moving])
+    if rate.max(initial=0.0) > limit * (1.0 + ACCELERATION_TOLERANCE):
+        yield f"the path turns at {rate.max():.2f} deg/s at {x[moving][rate.argmax()].round(1)}, limit {limit}"
 
 
 def _stays_inside(plan: dict[str, Any], points: np.ndarray) -> Iterator[str]:

@@ -279,6 +279,7 @@ def test_a_path_is_no_longer_than_its_budget(curve: Trajectory) -> None:
 
 def test_no_limit_of_the_vehicle_goes_unchecked() -> None:
     checked = {"max_speed_mps", "max_climb_mps", "max_descent_mps", "max_acceleration_mps2", "max_jerk_mps3"}
+    checked |= {"max_turn_rate_radps"}
     # The heading is made by planner.yaw within its rate; it is not part of the curve.
     assert {field.name for field in dataclasses.fields(Limits)} == checked | {"max_yaw_rate_radps"}
 
