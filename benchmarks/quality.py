@@ -77,13 +77,17 @@ def level() -> None:
     """Uniform targets in two and three dimensions."""
     print("\nlevel target, best of 12")
     print(f"{'problem':>24} {'length':>7} {'E(lin)':>9} {'E(sq)':>9} {'E(lin) 2K':>10} {'of lawnmower':>13} {'s':>6}")
-    cases = [(f"square, {rows} rows", FLAT, (8, 8, 1), (rows - 1) + (rows - 1) / rows, rows) for rows in ROWS]
-    cases = [(name, box, modes, length, rows) for name, box, modes, length, rows in cases]
-    cases += [("square, 5.3", FLAT, (8, 8, 1), 5.3, 5), ("cube, 10", CUBE, (8, 8, 8), 10.0, 4)]
-    for name, box, modes, length, rows in cases:
+    linear, squared = MetricWeights.LINEAR, MetricWeights.SQUARED
+    cases = [(f"square, {rows} rows", FLAT, (8, 8, 1), (rows - 1) + (rows - 1) / rows, rows, linear) for rows in ROWS]
+    cases += [
+        ("square, 5.3", FLAT, (8, 8, 1), 5.3, 5, linear),
+        ("cube, 10", CUBE, (8, 8, 8), 10.0, 4, linear),
+        ("cube, 10, by E(sq)", CUBE, (8, 8, 8), 10.0, 4, squared),
+    ]
+    for name, box, modes, length, rows, weights in cases:
         start = np.full(3, 0.5 / rows) * box.lengths_m
         problem = problem_of(box, uniform(box, (32, 32, 8)), length, start)
-        options = Options(candidates=12, modes=modes)
+        options = Options(candidates=12, modes=modes, metric_weights=weights)
         solve(problem, options)
         started_s = time.perf_counter()
         plan = solve(problem, options)
