@@ -19,6 +19,8 @@ import numpy as np
 import shapely
 from scipy.interpolate import BSpline
 
+from tests.planner.independent_surfaces import heights_above, points_distance, terrain_distance, voxels_distance
+
 TIMES_FINER = 20
 # Between two samples the flown spline may have a knot, which a quintic rounds off.
 CLEARANCE_TOLERANCE_M = 1e-4
@@ -67,6 +69,7 @@ def check(plan: dict[str, Any], times_finer: int = TIMES_FINER) -> Confirmed:
         *_keeps_budgets(plan, time, acceleration, fine_position),
         *_turns_no_faster(plan, fine_position, fine_velocity, fine_acceleration),
         *_stays_inside(plan, fine_position),
+        *_keeps_its_height(plan, fine_position),
         *_begins_and_ends(plan, time, position, velocity),
         *_turns(plan, time, yaw),
         *_follows_its_spline(plan, time, position, velocity, acceleration),
@@ -111,7 +114,7 @@ def clearances(plan: dict[str, Any], points: np.ndarray) -> np.ndarray:
 def _bodies(entry: dict[str, Any], origin: dict[str, float]) -> Iterator[dict[str, Any]]:
     """An entry as upright or round bodies: a GeoJSON file is many."""
     if entry["kind"] != "geojson":
-        yield entry
+        yield entry | {"origin": origin}
         return
     import pymap3d
 
@@ -144,6 +147,12 @@ def _distance(body: dict[str, Any], points: np.ndarray, flat: np.ndarray | None)
             level = np.linalg.norm(points[:, :2] - body["center_enu_m"], axis=1) - body["radius_m"]
         case "prism":
             level = shapely.distance(shapely.Polygon(body["polygon_enu_m"]), flat)
+        case "terrain":
+            return terrain_distance(body, body["origin"], points)
+        case "points":
+            return points_distance(body, points)
+        case "voxels":
+            return voxels_distance(body, points)
         case other:
             raise ValueError(f'obstacles of kind "{other}" cannot be checked from the plan alone')
     upright = np.maximum(body["floor_m"] - points[:, 2], points[:, 2] - body["ceiling_m"])
@@ -229,6 +238,16 @@ def _stays_inside(plan: dict[str, Any], points: np.ndarray) -> Iterator[str]:
             outside = shapely.distance(shapely.Polygon(polygon), shapely.points(points[:, :2])).max()
             if outside > PLACE_TOLERANCE_M:
                 yield f"leaves the fence by {outside:.4f} m"
+
+
+def _keeps_its_height(plan: dict[str, Any], points: np.ndarray) -> Iterator[str]:
+    """Above the ground, where the mission says between which heights."""
+    for entry in plan["problem"]["mission"].get("obstacle", ()):
+        least, greatest = entry.get("least_height_m"), entry.get("greatest_height_m")
+        if entry["kind"] == "terrain" and (least is not None or greatest is not None):
+            height = heights_above(entry, plan["origin"], points)
+            if height.min() < (least or 0.0) - PLACE_TOLERANCE_M or height.max() > (greatest or np.inf):
+                yield f"flies {height.min():.3f} to {height.max():.3f} m above the ground, not {least} to {greatest} m"
 
 
 def _begins_and_ends(plan: dict[str, Any], time: np.ndarray, x: np.ndarray, v: np.ndarray) -> Iterator[str]:
