@@ -17,7 +17,7 @@ import numpy as np
 
 from benchmarks.timing import machine
 from mission import load
-from mission.site import options_from_mission, problem_from_mission
+from mission.site.problem import options_from_mission, problem_from_mission
 from planner import augmented_lagrangian, solver
 from planner.problem import Kernel, Method
 

@@ -18,7 +18,7 @@ import numpy as np
 from benchmarks.timing import machine
 from mission.loading import load
 from mission.planning import CompileTime, keep_compiled
-from mission.site import options_from_mission, problem_from_mission
+from mission.site.problem import options_from_mission, problem_from_mission
 from planner.information import gaussians
 from planner.obstacles import Box, Cylinder, Obstacle, ObstacleField, Sphere
 from planner.plan import Plan

@@ -8,7 +8,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from mission.flight import fly
+    from mission.flying.flight import fly
     from mission.loading import load
     from mission.planning import plan
 
@@ -19,7 +19,7 @@ def __getattr__(name: str) -> object:
     # Late, so that `mission --help` does not wait for jax and mavsdk.
     match name:
         case "fly":
-            from mission.flight import fly
+            from mission.flying.flight import fly
 
             return fly
         case "load":

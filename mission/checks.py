@@ -11,11 +11,11 @@ from typing import Any
 
 import numpy as np
 
-from mission.endurance import endurance_budget
-from mission.fence import fence_holds, planned_fence
 from mission.findings import Finding
 from mission.mission_file import Mission
 from mission.mission_file.errors import spelled
+from mission.site.endurance import endurance_budget
+from mission.site.fence import fence_holds, planned_fence
 
 Check = Callable[[Mission], Iterator[Finding]]
 
@@ -152,9 +152,9 @@ def endurance_suffices(mission: Mission) -> Iterator[Finding]:
 
 def stays_clear_of_obstacles(mission: Mission) -> Iterator[Finding]:
     """Obstacle files are readable; start, end and the climb keep their distance; there is room and information left."""
-    from mission.information import density_of
-    from mission.reachable import reachable, spare_in
-    from mission.solids import solids_of
+    from mission.site.information import density_of
+    from mission.site.reachable import reachable, spare_in
+    from mission.site.solids import solids_of
     from planner.obstacles import ObstacleField
 
     keep_out_m = mission.keep_out_m

@@ -12,7 +12,7 @@ import tty
 from collections.abc import Callable, Iterator
 from typing import TextIO
 
-from mission.events import Operator
+from mission.executive.events import Operator
 
 KEYS = {"p": Operator.PAUSE, "r": Operator.RESUME, "h": Operator.RETURN, "l": Operator.LAND}
 HELP = "keys: p pause · r resume · h come home · l land here · Ctrl-C come home, again: land, again: leave"

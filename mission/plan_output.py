@@ -12,7 +12,6 @@ import numpy as np
 
 from mission.candidates import RankedCandidate, candidates_as_json
 from mission.exports import Format, exported
-from mission.fence import autopilot_fence, planned_fence
 from mission.mission_file.obstacle import Box, Cylinder, NoFly, Prism
 from mission.plan_file import (
     Airframe,
@@ -28,7 +27,8 @@ from mission.plan_file import (
     Spline,
     write_plan_file,
 )
-from mission.reachable import spare_in
+from mission.site.fence import autopilot_fence, planned_fence
+from mission.site.reachable import spare_in
 from mission.waypoints import waypoints_along
 from planner.plan import Candidate
 from planner.trajectory import Trajectory
@@ -185,13 +185,13 @@ def write_outputs(planned: Planned, folder: Path, rows: list[RankedCandidate] | 
     Raises:
         OSError: The folder cannot be written to.
     """
-    from mission.picture import draw_plan
+    from mission.pictures.picture import draw_plan
 
     folder.mkdir(parents=True, exist_ok=True)
     pictures = [folder / "plan.png"]
     draw_plan(planned, pictures[0])
     if rows is not None:
-        from mission.candidates_picture import draw_candidates
+        from mission.pictures.candidates_picture import draw_candidates
 
         pictures.append(folder / "candidates.png")
         draw_candidates(planned, rows, pictures[-1])

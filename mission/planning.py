@@ -11,7 +11,7 @@ from pathlib import Path
 import jax
 
 from mission.mission_file import Mission
-from mission.site import options_from_mission, problem_from_mission
+from mission.site.problem import options_from_mission, problem_from_mission
 from planner.plan import Plan
 from planner.problem import Options, Problem
 from planner.solver import Progress, solve

@@ -12,7 +12,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from mission.flight_log import FlightLog
+from mission.flying.flight_log import FlightLog
 from mission.view import words_of
 
 REPORT_NAME = "report.html"

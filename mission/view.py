@@ -17,11 +17,11 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.ndimage import binary_erosion
 
-from mission.fence import autopilot_fence
-from mission.flight_log import FlightLog
+from mission.flying.flight_log import FlightLog
 from mission.mission_file import Mission
-from mission.relief import ground_of
-from mission.solids import solids_in
+from mission.pictures.relief import ground_of
+from mission.site.fence import autopilot_fence
+from mission.site.solids import solids_in
 from planner.distance_grid import DistanceGrid
 from planner.height_field import HeightField
 from planner.obstacles import Box, Cylinder, ObstacleField, Prism, Sphere

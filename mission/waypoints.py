@@ -12,7 +12,7 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
-from mission.reachable import Spare
+from mission.site.reachable import Spare
 from planner.trajectory import Trajectory
 
 SHORTEST_PROVEN_M = 0.01

@@ -9,7 +9,7 @@ import random
 from collections.abc import Callable, Iterator
 
 from benchmarks.faults.rehearsal import REPLAN_EVERY_S, REPLAN_TAKES_S, Rehearsal, Rehearsed
-from mission.phases import FINAL, Phase
+from mission.executive.phases import FINAL, Phase
 from sim_bridge.faults import (
     AnyFault,
     ArmingRefused,

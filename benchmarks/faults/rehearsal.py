@@ -13,10 +13,8 @@ import numpy as np
 
 from benchmarks.faults.virtual_link import VirtualLink
 from benchmarks.faults.witness import LATE_S, Witness
-from mission.belief import Belief
-from mission.clock import FlightClock
-from mission.course import Course
-from mission.events import (
+from mission.executive.course import Course
+from mission.executive.events import (
     Assignment,
     Checked,
     Connected,
@@ -31,16 +29,18 @@ from mission.events import (
     Stream,
     WayFound,
 )
-from mission.executive import Executive
-from mission.fence import autopilot_fence
-from mission.flight_rules import energy_of, monitors_of
-from mission.ground import Ground
+from mission.executive.executive import Executive
+from mission.executive.phases import FINAL, STREAMING, Phase
+from mission.flying.belief import Belief
+from mission.flying.clock import FlightClock
+from mission.flying.flight_rules import energy_of, monitors_of
+from mission.flying.ground import Ground
+from mission.flying.ways import along
 from mission.loading import load
 from mission.mission_file import Mission
 from mission.mission_file.obstacle import Cylinder
-from mission.phases import FINAL, STREAMING, Phase
-from mission.site import problem_from_mission
-from mission.ways import along
+from mission.site.fence import autopilot_fence
+from mission.site.problem import problem_from_mission
 from planner import gate
 from planner.problem import Problem
 from planner.trajectory import Trajectory

@@ -23,7 +23,7 @@ import numpy as np
 
 from benchmarks.flying.processes import EXAMPLES, overrides, run_mission
 from benchmarks.timing import machine
-from mission.recorder import LOG_NAME
+from mission.flying.recorder import LOG_NAME
 from sim_bridge.codec import Codec, mavlink
 
 FLEETS = (1, 5, 10)

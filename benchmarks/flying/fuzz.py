@@ -20,11 +20,20 @@ from pathlib import Path
 
 from benchmarks.faults.rehearsal import CORNERS, mission, problem
 from benchmarks.timing import machine
-from mission.belief import Belief
-from mission.events import Assignment, Checked, Connected, FindWay, FlightEnd, FlightMethod, RunChecks, WayFound
-from mission.executive import Executive
-from mission.flight_rules import energy_of, monitors_of
-from mission.ways import along
+from mission.executive.events import (
+    Assignment,
+    Checked,
+    Connected,
+    FindWay,
+    FlightEnd,
+    FlightMethod,
+    RunChecks,
+    WayFound,
+)
+from mission.executive.executive import Executive
+from mission.flying.belief import Belief
+from mission.flying.flight_rules import energy_of, monitors_of
+from mission.flying.ways import along
 from sim_bridge.codec import mavlink
 from sim_bridge.link import Link
 from sim_bridge.link_autopilot import Autopilot

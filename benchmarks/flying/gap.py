@@ -22,9 +22,9 @@ from jaxtyping import Float
 
 from benchmarks.flying.processes import EXAMPLES, overrides, run_mission
 from benchmarks.timing import machine
-from mission.flight_log import read_flight_log
+from mission.flying.flight_log import read_flight_log
+from mission.flying.recorder import LOG_NAME
 from mission.loading import load
-from mission.recorder import LOG_NAME
 from sim_bridge.codec import frames_in, mavlink
 from sim_bridge.frames import geodetic_from_enu
 from sim_bridge.simulator import spawn

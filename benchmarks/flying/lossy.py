@@ -13,7 +13,7 @@ from typing import Any
 
 from benchmarks.flying.processes import EXAMPLES, overrides, run_mission
 from benchmarks.timing import machine
-from mission.flight_log import read_flight_log
+from mission.flying.flight_log import read_flight_log
 from mission.loading import load
 from mission.mission_file import Mission
 from sim_bridge.frames import geodetic_from_enu

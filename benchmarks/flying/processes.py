@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from mission.flight_log import FlightLog
+from mission.flying.flight_log import FlightLog
 
 EXAMPLES = Path(__file__).parent.parent.parent / "examples"
 

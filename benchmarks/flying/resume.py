@@ -21,10 +21,10 @@ from jaxtyping import Float
 
 from benchmarks.flying.processes import EXAMPLES, airborne_s, overrides, run_mission, start_mission
 from benchmarks.timing import machine
-from mission.belief import INTERVAL_S, covered_by
-from mission.flight_folder import FlightFolder, read_flight_folder
-from mission.journal import explored_positions
-from mission.recorder import LOG_NAME
+from mission.flying.belief import INTERVAL_S, covered_by
+from mission.flying.flight_folder import FlightFolder, read_flight_folder
+from mission.flying.journal import explored_positions
+from mission.flying.recorder import LOG_NAME
 from planner.spectral_metric import mode_weights
 
 MOMENTS = 10

@@ -8,9 +8,9 @@ from mission.findings import InputError
 
 def check(mission_file: MissionArgument, overrides: SetOption = None, as_json: JsonOption = False) -> None:
     """Say everything that is wrong with a mission file at once, or print what it resolves to."""
-    from mission.endurance import endurance_budget
     from mission.loading import mission_from_document, read_document
     from mission.resolved import resolved_entries
+    from mission.site.endurance import endurance_budget
 
     try:
         document = read_document(mission_file, overrides or ())

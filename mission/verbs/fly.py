@@ -11,7 +11,7 @@ from mission.console import Exit, JsonOption, MissionArgument, SetOption, emit, 
 from mission.findings import Finding, InputError
 
 if TYPE_CHECKING:
-    from mission.flight import FlightSettings, Flown
+    from mission.flying.flight import FlightSettings, Flown
     from mission.planning import Planned
 
 LinkOption = Annotated[
@@ -48,8 +48,8 @@ def fly(
 ) -> None:
     """Plan a mission, fly it, replan on the way, land, and leave a folder with everything about it."""
     from mission.checks import findings_for_flying
+    from mission.flying.recorder import LOG_NAME
     from mission.loading import load
-    from mission.recorder import LOG_NAME
 
     changes = [*(overrides or ())]
     changes += [f'link.address="{link}"'] if link is not None else []
@@ -64,7 +64,7 @@ def fly(
     except InputError as error:
         raise refuse(error, as_json) from error
 
-    from mission.flight import default_folder, settings_of
+    from mission.flying.flight import default_folder, settings_of
     from mission.progress import SolveProgress
 
     with SolveProgress() as progress:
@@ -86,8 +86,8 @@ def carry_out(planned: Planned, settings: FlightSettings, *, view: bool, as_json
     Raises:
         typer.Exit: Unless everything went as planned.
     """
-    from mission.flight import Outcome, fly_planned
-    from mission.flight_progress import watcher_for
+    from mission.flying.flight import Outcome, fly_planned
+    from mission.flying.flight_progress import watcher_for
     from sim_bridge.link import LinkError
 
     try:

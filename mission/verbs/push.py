@@ -22,7 +22,7 @@ def push(
     as_json: JsonOption = False,
 ) -> None:
     """Push new information, obstacles or a command into a running flight, and say whether it was taken in."""
-    from mission.intake import push_into
+    from mission.flying.intake import push_into
 
     try:
         answer = push_into(folder, file, timeout_s)

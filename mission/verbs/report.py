@@ -9,7 +9,7 @@ from mission.verbs.push import FlightArgument
 
 def report(folder: FlightArgument, as_json: JsonOption = False) -> None:
     """Write a flight's report, picture and recording anew from its log, also where the flight never ended."""
-    from mission.flight_folder import draw_outputs, read_flight_folder
+    from mission.flying.flight_folder import draw_outputs, read_flight_folder
 
     try:
         files = draw_outputs(read_flight_folder(folder))

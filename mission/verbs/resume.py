@@ -19,10 +19,10 @@ def resume(
     as_json: JsonOption = False,
 ) -> None:
     """Continue a flight that was interrupted: what remains of its exploration, not what was done."""
-    from mission.events import FlightMethod
-    from mission.flight import FlightSettings
-    from mission.flight_folder import read_flight_folder
-    from mission.resuming import resumption
+    from mission.executive.events import FlightMethod
+    from mission.flying.flight import FlightSettings
+    from mission.flying.flight_folder import read_flight_folder
+    from mission.flying.resuming import resumption
 
     try:
         flight = read_flight_folder(folder)

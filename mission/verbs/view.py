@@ -15,7 +15,7 @@ def view(folder: FlightArgument, as_json: JsonOption = False) -> None:
 
     recording = folder / RECORDING_NAME
     if not recording.is_file():
-        from mission.flight_folder import draw_outputs, read_flight_folder
+        from mission.flying.flight_folder import draw_outputs, read_flight_folder
 
         try:
             draw_outputs(read_flight_folder(folder))

@@ -3,7 +3,7 @@ import pytest
 
 from mission.loading import load
 from mission.planning import Planned
-from mission.site import options_from_mission, problem_from_mission
+from mission.site.problem import options_from_mission, problem_from_mission
 from planner import gate
 from planner.diversity import Diversity
 from planner.plan import Candidate, Plan, Status

@@ -1,6 +1,6 @@
 """A vehicle that flies, as telemetry tells it, and what its flying costs."""
 
-from mission.monitors import Energy
+from mission.executive.monitors import Energy
 from sim_bridge.state import FlightMode, LandedState, VehicleState
 
 ENERGY = Energy(1200.0, 0.15, 8.0, 3.0, 1.5)

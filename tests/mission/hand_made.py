@@ -5,10 +5,10 @@ from pathlib import Path
 
 import numpy as np
 
+from mission.flying.ways import along
 from mission.loading import load
 from mission.planning import Planned
-from mission.site import options_from_mission, problem_from_mission
-from mission.ways import along
+from mission.site.problem import options_from_mission, problem_from_mission
 from planner import gate
 from planner.diversity import Diversity
 from planner.plan import Candidate, Plan, Status

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
-from mission.events import FlightMethod
-from mission.flight import FlightSettings, fly_planned
-from mission.flight_progress import Watcher
+from mission.executive.events import FlightMethod
+from mission.flying.flight import FlightSettings, fly_planned
+from mission.flying.flight_progress import Watcher
 from mission.planning import Planned
 from tests.mission.hand_made import plan_by_hand
 

@@ -4,7 +4,7 @@ import dataclasses
 
 import numpy as np
 
-from mission.events import (
+from mission.executive.events import (
     Assignment,
     Checked,
     Entered,
@@ -17,10 +17,10 @@ from mission.events import (
     Stream,
     WayFound,
 )
-from mission.executive import Executive
-from mission.monitors import Energy, Monitors
-from mission.phases import Phase
-from mission.ways import along
+from mission.executive.executive import Executive
+from mission.executive.monitors import Energy, Monitors
+from mission.executive.phases import Phase
+from mission.flying.ways import along
 from planner.problem import Limits
 from sim_bridge.state import (
     Command,

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.image import imread
 
 from mission.candidates import candidates_as_json, ranked_candidates
-from mission.candidates_picture import draw_candidates
+from mission.pictures.candidates_picture import draw_candidates
 from mission.plan_output import summary_of, write_outputs
 from planner.plan import Status
 

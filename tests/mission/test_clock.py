@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mission.clock import FlightClock
+from mission.flying.clock import FlightClock
 
 
 def test_before_the_vehicle_is_heard_it_runs_with_the_host():

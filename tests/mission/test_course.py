@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mission.course import Course, heading_along
-from mission.ways import along
+from mission.executive.course import Course, heading_along
+from mission.flying.ways import along
 from planner.problem import Limits
 from planner.trajectory import Trajectory
 

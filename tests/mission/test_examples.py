@@ -3,10 +3,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mission.endurance import endurance_budget
-from mission.footprints import footprints_of
 from mission.loading import load
-from mission.site import options_from_mission, problem_from_mission
+from mission.site.endurance import endurance_budget
+from mission.site.footprints import footprints_of
+from mission.site.problem import options_from_mission, problem_from_mission
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 NAMES = sorted(path.stem for path in EXAMPLES.glob("*.toml"))

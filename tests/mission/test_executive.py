@@ -3,13 +3,13 @@
 import numpy as np
 import pytest
 
-from mission.events import (
+from mission.executive.events import (
     CourseBlocked,
     FlightEnd,
     FlightMethod,
     Operator,
 )
-from mission.phases import FINAL, Phase
+from mission.executive.phases import FINAL, Phase
 from sim_bridge.state import (
     Command,
     FlightMode,

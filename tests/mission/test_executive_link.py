@@ -2,10 +2,10 @@
 
 import numpy as np
 
-from mission.events import (
+from mission.executive.events import (
     Operator,
 )
-from mission.phases import Phase
+from mission.executive.phases import Phase
 from sim_bridge.state import (
     Command,
     FlightMode,

@@ -2,8 +2,8 @@
 
 import pytest
 
-from mission.events import Operator
-from mission.phases import Phase
+from mission.executive.events import Operator
+from mission.executive.phases import Phase
 from sim_bridge.state import Command, FlightMode
 from tests.mission.rehearsed_flight import Flight
 

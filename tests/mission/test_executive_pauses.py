@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
-from mission.events import Operator, Stalled, StreamFailed
-from mission.phases import Phase
+from mission.executive.events import Operator, Stalled, StreamFailed
+from mission.executive.phases import Phase
 from sim_bridge.state import Command
 from tests.mission.rehearsed_flight import LIMITS, Flight, largest_jump_mps
 

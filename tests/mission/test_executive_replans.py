@@ -5,13 +5,13 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mission.events import (
+from mission.executive.events import (
     CourseBlocked,
     NewCourse,
     Operator,
 )
-from mission.phases import Phase
-from mission.ways import along
+from mission.executive.phases import Phase
+from mission.flying.ways import along
 from planner.trajectory import Trajectory
 from tests.mission.rehearsed_flight import CORNERS, LIMITS, Flight, largest_jump_mps
 

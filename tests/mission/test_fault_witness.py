@@ -10,7 +10,7 @@ from benchmarks.faults.matrix import FAULTS, Cell, cells, fly_cell
 from benchmarks.faults.rehearsal import Rehearsal, clearance_m, outside_fence_m
 from benchmarks.faults.virtual_link import VirtualLink
 from benchmarks.faults.witness import STALE_S, Witness
-from mission.phases import Phase
+from mission.executive.phases import Phase
 from sim_bridge.body import VehicleConfig
 from sim_bridge.codec import mavlink
 from sim_bridge.faults import PilotSwitch

@@ -6,12 +6,12 @@ import json
 import numpy as np
 import pytest
 
-from mission.course import Course
+from mission.executive.course import Course
 from mission.findings import InputError
-from mission.flight_log import read_flight_log
-from mission.journal import explored_positions, unfinished
-from mission.recorder import LOG_NAME, Recorder
-from mission.ways import along
+from mission.flying.flight_log import read_flight_log
+from mission.flying.journal import explored_positions, unfinished
+from mission.flying.recorder import LOG_NAME, Recorder
+from mission.flying.ways import along
 from planner.problem import Limits
 from tests.mission.flying_vehicle import STATE
 

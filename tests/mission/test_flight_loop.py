@@ -2,9 +2,9 @@
 
 import pytest
 
-from mission.events import Checked, FindWay, Goal, Operator, RunChecks, WayFound
-from mission.flight_loop import FlightLoop
-from mission.phases import Phase
+from mission.executive.events import Checked, FindWay, Goal, Operator, RunChecks, WayFound
+from mission.executive.phases import Phase
+from mission.flying.flight_loop import FlightLoop
 from sim_bridge.state import FlightMode
 from tests.mission.rehearsed_flight import Flight
 

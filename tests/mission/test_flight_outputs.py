@@ -8,10 +8,10 @@ import sys
 import numpy as np
 import pytest
 
-from mission.flight_folder import MISSION_NAME, draw_outputs, read_flight_folder
-from mission.flight_log import read_flight_log
-from mission.recorder import SUMMARY_NAME, Recorder
-from mission.summary import summarize, violations
+from mission.flying.flight_folder import MISSION_NAME, draw_outputs, read_flight_folder
+from mission.flying.flight_log import read_flight_log
+from mission.flying.recorder import SUMMARY_NAME, Recorder
+from mission.flying.summary import summarize, violations
 from mission.view import prism_mesh
 from planner.obstacles import Prism
 from sim_bridge.state import FlightMode, LandedState, VehicleState

@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 from mission.findings import InputError
-from mission.intake import INBOX, LARGEST_BYTES, Intake, mixed, push_into, read_push, with_push
+from mission.flying.intake import INBOX, LARGEST_BYTES, Intake, mixed, push_into, read_push, with_push
 from mission.loading import load
-from mission.site import problem_from_mission
+from mission.site.problem import problem_from_mission
 from planner.information import DensityGrid
 
 SPHERE = {"kind": "sphere", "center_enu_m": [100.0, 100.0, 40.0], "radius_m": 15.0}

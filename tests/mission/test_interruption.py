@@ -1,7 +1,7 @@
 """What keeps happening ends the exploration; what happened long ago does not."""
 
-from mission.interruption import RECOVERED_S, RECOVERIES, REMEMBERED_S, Interruption
-from mission.phases import Trigger
+from mission.executive.interruption import RECOVERED_S, RECOVERIES, REMEMBERED_S, Interruption
+from mission.executive.phases import Trigger
 
 
 def recovered(interruption: Interruption, now_s: float) -> Trigger | None:

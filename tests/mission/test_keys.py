@@ -5,7 +5,7 @@ import os
 import pty
 import queue
 
-from mission.events import Operator
+from mission.executive.events import Operator
 from mission.keys import listening
 
 

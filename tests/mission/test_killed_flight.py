@@ -10,12 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from mission.flight import Outcome, fly_planned
-from mission.flight_folder import read_flight_folder
-from mission.flight_log import read_flight_log
-from mission.flight_progress import Watcher
-from mission.recorder import LOG_NAME
-from mission.resuming import resumption
+from mission.flying.flight import Outcome, fly_planned
+from mission.flying.flight_folder import read_flight_folder
+from mission.flying.flight_log import read_flight_log
+from mission.flying.flight_progress import Watcher
+from mission.flying.recorder import LOG_NAME
+from mission.flying.resuming import resumption
 from sim_bridge.frames import geodetic_from_enu
 from sim_bridge.link import Link
 from sim_bridge.simulator import spawn

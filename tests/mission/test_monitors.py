@@ -4,8 +4,8 @@ import dataclasses
 
 import pytest
 
-from mission.course import Course
-from mission.monitors import Alarm, Consumption, Monitors
+from mission.executive.course import Course
+from mission.executive.monitors import Alarm, Consumption, Monitors
 from tests.mission.flying_vehicle import ENERGY, STATE
 
 MONITORS = Monitors(

@@ -1,6 +1,6 @@
 """The table of phases, looked at as a whole."""
 
-from mission.phases import AIRBORNE, FINAL, TABLE, Phase, Trigger, next_phase
+from mission.executive.phases import AIRBORNE, FINAL, TABLE, Phase, Trigger, next_phase
 
 
 def test_every_flight_phase_has_a_way_out_for_the_operator_and_the_pilot():

@@ -7,10 +7,10 @@ import math
 import numpy as np
 import pytest
 
-from mission import preflight
-from mission.fence import autopilot_fence, planned_fence
+from mission.flying import preflight
 from mission.loading import load
-from mission.site import problem_from_mission
+from mission.site.fence import autopilot_fence, planned_fence
+from mission.site.problem import problem_from_mission
 from sim_bridge.frames import enu_from_geodetic
 from sim_bridge.state import GeodeticPoint
 from tests.mission.flying_vehicle import ENERGY, STATE

@@ -5,9 +5,9 @@ import pytest
 import rasterio
 
 from mission.loading import load
-from mission.position_table import read_positions
-from mission.rasters import Raster, read_array, read_geotiff, read_raster
-from mission.site import problem_from_mission
+from mission.site.position_table import read_positions
+from mission.site.problem import problem_from_mission
+from mission.site.rasters import Raster, read_array, read_geotiff, read_raster
 from sim_bridge.state import GeodeticPoint
 
 ORIGIN = GeodeticPoint(46.5197, 8.3312, 1420.0)

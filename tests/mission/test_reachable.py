@@ -4,7 +4,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mission.mission_file.site import Origin, Site
-from mission.reachable import reachable, spare_in
+from mission.site.reachable import reachable, spare_in
 from planner import information
 from planner.obstacles import Cylinder, ObstacleField, Sphere
 from planner.workspace import Workspace

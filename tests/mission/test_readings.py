@@ -2,7 +2,7 @@
 
 import pytest
 
-from mission.readings import at_altitude
+from mission.executive.readings import at_altitude
 from sim_bridge.state import FlightMode, LandedState, VehicleState
 
 

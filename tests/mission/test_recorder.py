@@ -5,10 +5,10 @@ import json
 import numpy as np
 import pytest
 
-from mission.flight_log import read_flight_log
-from mission.intake import Arrived, Intake
+from mission.flying.flight_log import read_flight_log
+from mission.flying.intake import Arrived, Intake
+from mission.flying.recorder import LOG_NAME, Recorder
 from mission.loading import load
-from mission.recorder import LOG_NAME, Recorder
 from planner.trajectory import Trajectory
 from tests.mission.full_disk import no_file_larger_than
 

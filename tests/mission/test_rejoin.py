@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from benchmarks.faults.rehearsal import Rehearsal, problem
-from mission.course import Course
-from mission.phases import STREAMING, Phase
-from mission.ways import along
+from mission.executive.course import Course
+from mission.executive.phases import STREAMING, Phase
+from mission.flying.ways import along
 from planner.problem import Limits
 from sim_bridge.faults import LinkCut
 from sim_bridge.link_autopilot import Autopilot

@@ -6,12 +6,12 @@ import time
 import numpy as np
 import pytest
 
-from mission.belief import INTERVAL_S, Belief, after, covered_by, together
-from mission.course import Course
-from mission.phases import Phase
-from mission.replan_cycle import WARM_UP, ReplanCycle, Schedule, from_moment
-from mission.replanning import Replanner, Reply, Request, judge
-from mission.ways import along
+from mission.executive.course import Course
+from mission.executive.phases import Phase
+from mission.flying.belief import INTERVAL_S, Belief, after, covered_by, together
+from mission.flying.replan_cycle import WARM_UP, ReplanCycle, Schedule, from_moment
+from mission.flying.replanning import Replanner, Reply, Request, judge
+from mission.flying.ways import along
 from planner.diversity import diversity
 from planner.gate import inspect
 from planner.information import uniform
@@ -195,7 +195,7 @@ def test_a_process_that_hangs_is_ended_and_is_an_answer(monkeypatch):
     try:
         replanner.ask(dataclasses.replace(request(), number=3))
         assert replanner.poll() is None
-        monkeypatch.setattr("mission.replanning.HUNG_HOST_S", 0.1)
+        monkeypatch.setattr("mission.flying.replanning.HUNG_HOST_S", 0.1)
         time.sleep(0.2)
         answer = wait(replanner)
         assert answer.plan is None

@@ -6,8 +6,8 @@ from pathlib import Path
 
 import pytest
 
-from mission.monitors import Alarm
-from mission.phases import Trigger
+from mission.executive.monitors import Alarm
+from mission.executive.phases import Trigger
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "safety.md").read_text(encoding="utf-8")

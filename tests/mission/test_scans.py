@@ -7,10 +7,10 @@ import pytest
 import trimesh
 
 from mission.findings import InputError
-from mission.footprints import footprints_of
 from mission.loading import load
-from mission.relief import relief_of
-from mission.site import problem_from_mission
+from mission.pictures.relief import relief_of
+from mission.site.footprints import footprints_of
+from mission.site.problem import problem_from_mission
 from mission.view import ground_mesh, surface_of
 
 LOW, HIGH = np.array([0.0, 0.0, 20.0]), np.array([500.0, 500.0, 80.0])

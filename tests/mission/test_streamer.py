@@ -7,10 +7,10 @@ import time
 import numpy as np
 import pytest
 
-from mission.clock import FlightClock
-from mission.course import Course
-from mission.streamer import STALE_S, Streamer
-from mission.ways import along
+from mission.executive.course import Course
+from mission.flying.clock import FlightClock
+from mission.flying.streamer import STALE_S, Streamer
+from mission.flying.ways import along
 from planner.problem import Limits
 
 CURVE = along(np.array([[0.0, 0.0, 10.0], [300.0, 0.0, 10.0]]), Limits(5.0, 2.0, 1.5, 3.0))

@@ -4,11 +4,11 @@ from pathlib import Path
 
 import pytest
 
-from mission.connecting import as_told
-from mission.events import Checked
+from mission.executive.events import Checked
+from mission.executive.phases import Phase
+from mission.flying.connecting import as_told
+from mission.flying.vehicle_settings import Reach, settings_of, slowing_factor
 from mission.loading import load
-from mission.phases import Phase
-from mission.vehicle_settings import Reach, settings_of, slowing_factor
 from planner.problem import Limits
 from sim_bridge import ardupilot_defaults, px4_defaults
 from sim_bridge.link_autopilot import Autopilot

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from mission.ways import along, find_way
+from mission.flying.ways import along, find_way
 from planner.problem import Limits
 
 LIMITS = Limits(8.0, 3.0, 1.5, 3.0)

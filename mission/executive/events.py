@@ -1,0 +1,206 @@
+"""What the executive hears and what it answers with: plain values, no behaviour."""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+
+from mission.executive.course import Course
+from mission.executive.phases import Phase
+from planner.problem import Limits
+from planner.trajectory import Trajectory
+from sim_bridge.state import (
+    Command,
+    CommandDone,
+    MissionProgress,
+    StatusText,
+    Vector,
+    VehicleState,
+    Waiting,
+)
+
+
+class FlightEnd(enum.Enum):
+    """What happens when the exploration is done."""
+
+    RETURN = "return"
+    LAND = "land"
+    HOLD = "hold"
+
+
+class FlightMethod(enum.Enum):
+    """How the curve is flown."""
+
+    OFFBOARD = "offboard"
+    MISSION = "mission"
+
+
+class Operator(enum.Enum):
+    """What the person at the keys wants."""
+
+    PAUSE = "pause"
+    RESUME = "resume"
+    RETURN = "return"
+    LAND = "land"
+    LEAVE = "leave"
+
+
+@dataclasses.dataclass(frozen=True)
+class Assignment:
+    """What this flight is to do.
+
+    Attributes:
+        exploration: The proven curve; its start is reached by a proven way after take-off.
+        takeoff_altitude_m: Height above home of the end of the climb.
+        end: What happens after the exploration.
+        method: How the curve is flown.
+        max_acceleration_mps2: What braking may use.
+        max_yaw_rate_radps: How fast the nose may turn.
+        max_climb_mps: How fast it climbs, for the time limit of the take-off.
+        ready_timeout_s: How long to wait until the vehicle is ready to arm.
+    """
+
+    exploration: Trajectory
+    takeoff_altitude_m: float
+    end: FlightEnd
+    method: FlightMethod
+    max_acceleration_mps2: float
+    max_yaw_rate_radps: float
+    max_climb_mps: float
+    ready_timeout_s: float = 180.0
+
+
+class Goal(enum.Enum):
+    """Where a way is wanted to."""
+
+    EXPLORATION = "exploration"
+    HOME = "home"
+
+
+@dataclasses.dataclass(frozen=True)
+class Connected:
+    """A vehicle answered."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Checked:
+    """How the checks before arming ended.
+
+    Attributes:
+        problems: What forbids the flight.
+        notes: What is worth saying.
+        exploration: The curve to fly, slowed down where the vehicle is slower; None: as it was.
+        limits: The smaller of the mission's and the vehicle's limits; None: the mission's.
+        last_item: Number of the last waypoint of an uploaded mission; None: none was uploaded.
+    """
+
+    problems: tuple[str, ...]
+    notes: tuple[str, ...] = ()
+    exploration: Trajectory | None = None
+    limits: Limits | None = None
+    last_item: int | None = None
+
+
+@dataclasses.dataclass(frozen=True)
+class WayFound:
+    """A proven way, or why there is none."""
+
+    goal: Goal
+    trajectory: Trajectory | None
+    reason: str = ""
+
+
+@dataclasses.dataclass(frozen=True)
+class NewCourse:
+    """A proven curve that continues the exploration from its own start on."""
+
+    trajectory: Trajectory
+
+
+@dataclasses.dataclass(frozen=True)
+class CourseBlocked:
+    """New information makes the course unsafe from a curve time on."""
+
+    curve_s: float
+    reason: str
+
+
+@dataclasses.dataclass(frozen=True)
+class Stalled:
+    """The stream was not renewed in time and braked by itself.
+
+    Attributes:
+        course: What it streams since.
+    """
+
+    course: Course
+
+
+@dataclasses.dataclass(frozen=True)
+class StreamFailed:
+    """Setpoints cannot be sent any more."""
+
+
+Event = (
+    VehicleState
+    | Waiting
+    | StatusText
+    | CommandDone
+    | MissionProgress
+    | Connected
+    | Checked
+    | WayFound
+    | NewCourse
+    | CourseBlocked
+    | Stalled
+    | StreamFailed
+    | Operator
+)
+
+
+@dataclasses.dataclass(frozen=True)
+class RunChecks:
+    """Check the vehicle, its parameters and the ways there and back."""
+
+
+@dataclasses.dataclass(frozen=True)
+class Order:
+    """Give the vehicle a command."""
+
+    command: Command
+    altitude_m: float | None = None
+
+
+@dataclasses.dataclass(frozen=True)
+class Stream:
+    """Follow a course with setpoints; None: not one setpoint more."""
+
+    course: Course | None
+
+
+@dataclasses.dataclass(frozen=True)
+class FindWay:
+    """Find a proven way at rest from one place to another; home: above where it lands."""
+
+    goal: Goal
+    start_m: Vector
+    end_m: Vector
+
+
+@dataclasses.dataclass(frozen=True)
+class Entered:
+    """A new phase began."""
+
+    phase: Phase
+    why: str
+
+
+@dataclasses.dataclass(frozen=True)
+class Say:
+    """Tell the operator."""
+
+    text: str
+    warning: bool = False
+
+
+Action = RunChecks | Order | Stream | FindWay | Entered | Say

@@ -1,0 +1,311 @@
+"""The flight executive: a state machine without clocks, sockets or threads.
+
+Events come in with the moment they happened; actions come out. This file turns what the ground says and what time
+brings into triggers, `hearing` what the vehicle says; `phases.TABLE` says which phase follows which,
+and `phase_machine` takes its rows. All times are seconds of the flight clock: the vehicle's time, made
+continuous.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+
+from mission.executive.course import Course
+from mission.executive.course_keeper import CourseKeeper
+from mission.executive.events import (
+    Action,
+    Assignment,
+    Checked,
+    Connected,
+    CourseBlocked,
+    Event,
+    FlightEnd,
+    NewCourse,
+    Operator,
+    Order,
+    Stalled,
+    StreamFailed,
+    WayFound,
+)
+from mission.executive.hearing import Hearing
+from mission.executive.known_vehicle import KnownVehicle
+from mission.executive.link_watch import LinkWatch, Silence
+from mission.executive.monitors import Monitors
+from mission.executive.phase_machine import GOAL, PhaseMachine
+from mission.executive.phases import FINAL, ON_COURSE, Phase, Trigger
+from mission.executive.standing_order import STREAM_FIRST_S, StandingOrder
+from mission.executive.stay import limit_s
+from planner.trajectory import Trajectory
+from sim_bridge.state import (
+    Command,
+    CommandDone,
+    FlightMode,
+    MissionProgress,
+    StatusText,
+    VehicleState,
+    Waiting,
+)
+
+_END_TRIGGER = {
+    FlightEnd.RETURN: Trigger.EXPLORED,
+    FlightEnd.LAND: Trigger.EXPLORED_LAND,
+    FlightEnd.HOLD: Trigger.EXPLORED_HOLD,
+}
+
+
+class Executive:
+    """Turns events into actions.
+
+    Args:
+        assignment: What to fly.
+        monitors: What telemetry is held against.
+        now_s: Flight clock at the beginning.
+        from_s: Curve time at which the exploration begins, where a part of it was flown before.
+        patience: Flight seconds a host second: a link lives in the host's time, however fast a simulator's runs.
+    """
+
+    def __init__(
+        self,
+        assignment: Assignment,
+        monitors: Monitors,
+        now_s: float = 0.0,
+        from_s: float | None = None,
+        patience: float = 1.0,
+    ) -> None:
+        self.assignment = assignment
+        self._patience = max(1.0, patience)
+        self._vehicle = KnownVehicle(monitors.energy)
+        self._keeper = CourseKeeper(assignment, from_s)
+        self._order = StandingOrder(assignment.takeoff_altitude_m, self._patience)
+        self._link = LinkWatch(now_s, self._patience)
+        self._machine = PhaseMachine(assignment, self._vehicle, self._keeper, self._order, now_s)
+        self._hearing = Hearing(
+            assignment,
+            monitors,
+            self._vehicle,
+            self._link,
+            self._keeper,
+            self._order,
+            self._machine,
+            now_s,
+            self._patience,
+        )
+        self._last_item: int | None = None
+        self._reached: int | None = None
+
+    @property
+    def phase(self) -> Phase:
+        """What the flight is doing."""
+        return self._machine.phase
+
+    @property
+    def why(self) -> str:
+        """Why it does that."""
+        return self._machine.why
+
+    @property
+    def monitors(self) -> Monitors:
+        """What telemetry is held against."""
+        return self._hearing.monitors
+
+    @property
+    def offboard_lost(self) -> int:
+        """How often setpoints were not followed any more."""
+        return self._hearing.offboard_lost
+
+    @property
+    def state(self) -> VehicleState | None:
+        """What the vehicle told last; None: nothing yet."""
+        return self._vehicle.state
+
+    @property
+    def course(self) -> Course | None:
+        """What setpoints are taken from; None: none are sent."""
+        return self._keeper.course
+
+    @property
+    def exploration(self) -> Trajectory:
+        """The proven curve that is explored on, as replans left it."""
+        return self._keeper.exploration
+
+    @property
+    def explored(self) -> bool:
+        """Whether it was flown to its end."""
+        return self._keeper.explored
+
+    @property
+    def finished(self) -> bool:
+        """Whether the flight has ended."""
+        return self.phase in FINAL
+
+    @property
+    def held_by_block(self) -> bool:
+        """Whether it holds because new information blocks the course."""
+        return self.phase is Phase.HOLDING and self._machine.interruption.by_block
+
+    def receive(self, event: Event, now_s: float) -> list[Action]:
+        """Take in what happened.
+
+        Args:
+            event: What happened.
+            now_s: When, on the flight clock.
+
+        Returns:
+            What to do about it, in order.
+        """
+        match event:
+            case VehicleState():
+                self._hearing.hear(event, now_s)
+            case Waiting():
+                self._link.heard(now_s)
+                self._hearing.waits(event.waiting_for)
+            case StatusText():
+                self._machine.say(f"vehicle: {event.text}", warning=event.severity <= 4)
+            case Connected():
+                self._link.heard(now_s)
+                self._fire(Trigger.CONNECTED, now_s)
+            case Checked():
+                self._checked(event, now_s)
+            case CommandDone():
+                self._command_done(event, now_s)
+            case WayFound():
+                self._way_found(event, now_s)
+            case NewCourse():
+                self._new_course(event.trajectory, now_s)
+            case CourseBlocked():
+                self._keeper.blocked_s = event.curve_s
+                self._machine.say(f"the course is blocked ahead: {event.reason}", warning=True)
+            case Stalled():
+                self._stalled(event.course, now_s)
+            case StreamFailed():
+                self._fire(Trigger.STREAM_FAILED, now_s)
+            case MissionProgress():
+                self._reached, last = event.reached, self._last_item
+                done = self._reached is not None and last is not None and self._reached >= last
+                if self.phase is Phase.AUTO_MISSION and done:
+                    self._end_exploration(now_s)
+            case Operator():
+                self._operate(event, now_s)
+        return self._machine.drain()
+
+    def tick(self, now_s: float) -> list[Action]:
+        """Let time pass: silence, ends of curves, time-outs, orders that are due.
+
+        Args:
+            now_s: Flight clock.
+
+        Returns:
+            What to do, in order.
+        """
+        self._watch_link(now_s)
+        self._watch_course(now_s)
+        limit = limit_s(self.phase, self.assignment, self.exploration, self.course, self._patience)
+        if self._machine.stay.lasted_s(now_s) > limit:
+            self._fire(Trigger.TIMED_OUT, now_s)
+        if (order := self._order.due(self._machine.stay, self._vehicle, now_s)) is not None:
+            self._machine.act(order)
+        return self._machine.drain()
+
+    def explored_s(self, now_s: float) -> float:
+        """Curve time of the exploration up to which it was flown."""
+        if self.phase is Phase.FOLLOWING and self.course is not None:
+            return min(self.course.at(now_s).curve_s, self.exploration.end_s)
+        if self._last_item and self._reached is not None and not self.explored:
+            return self.exploration.end_s * min(1.0, self._reached / self._last_item)
+        return self.exploration.end_s if self.explored else self._keeper.rejoin_s
+
+    def _fire(self, trigger: Trigger, now_s: float) -> bool:
+        return self._machine.fire(trigger, now_s)
+
+    # What is said: by the vehicle about its orders, by the operator, checks, ways, replans, the stream's own watchdog.
+
+    def _command_done(self, done: CommandDone, now_s: float) -> None:
+        if not self._order.answered(done, self.phase, now_s):
+            return
+        self._machine.say(f"the vehicle did not {done.command.value}: {done.reason}", warning=True)
+        if done.command is Command.RETURN and self.phase is Phase.VEHICLE_RETURN:
+            self._fire(Trigger.TIMED_OUT, now_s)
+
+    def _operate(self, wish: Operator, now_s: float) -> None:
+        if wish is Operator.RESUME and self.held_by_block:
+            self._machine.say("the course is blocked: it goes on when a new one is proven", warning=True)
+        elif not self._fire(Trigger[wish.name], now_s):
+            self._machine.say(f"{wish.value}: nothing to do while {self.phase.value}")
+
+    def _checked(self, checked: Checked, now_s: float) -> None:
+        for problem in checked.problems:
+            self._machine.say(problem, warning=True)
+        for note in checked.notes:
+            self._machine.say(note)
+        if checked.exploration is not None:
+            self._keeper.exploration = checked.exploration
+        if checked.limits is not None:
+            self._keeper.keep_to(checked.limits)
+            energy = self.monitors.energy.within(checked.limits)
+            self._hearing.monitors = dataclasses.replace(self.monitors, energy=energy)
+        self._last_item = checked.last_item
+        passed = Trigger.CHECKS_PASSED_ALOFT if self._vehicle.aloft else Trigger.CHECKS_PASSED
+        self._fire(Trigger.CHECKS_FAILED if checked.problems else passed, now_s)
+
+    def _way_found(self, found: WayFound, now_s: float) -> None:
+        if found.goal is not GOAL.get(self.phase):
+            return
+        if found.trajectory is None:
+            self._machine.say(f"no proven way: {found.reason}", warning=True)
+            self._fire(Trigger.NO_WAY, now_s)
+        self._keeper.way = found.trajectory
+
+    def _new_course(self, trajectory: Trajectory, now_s: float) -> None:
+        course = self.course
+        if course is None:
+            return
+        if self.held_by_block and course.stands(now_s):
+            self._keeper.begin_anew(trajectory, now_s)
+            self._fire(Trigger.UNBLOCKED, now_s)
+        elif self.phase is Phase.FOLLOWING and course.at(now_s).curve_s < trajectory.start_s:
+            self._keeper.go_over(course, trajectory, now_s)
+            self._machine.stream()
+        else:
+            self._machine.say("a new plan came too late and was dropped")
+
+    def _stalled(self, course: Course, now_s: float) -> None:
+        if self.phase in ON_COURSE:
+            self._keeper.course = course
+            self._fire(Trigger.STALLED, now_s)
+        else:
+            self._machine.stream()
+
+    # What time brings.
+
+    def _watch_link(self, now_s: float) -> None:
+        match self._link.silence(self.phase, now_s):
+            case Silence.LOST:
+                self._fire(Trigger.LINK_LOST, now_s)
+            case Silence.GIVEN_UP:
+                self._machine.say("not heard for long: no more setpoints, and it is told to return", warning=True)
+                self._machine.stop_stream()
+                self._machine.act(Order(Command.RETURN))
+            case Silence.GONE:
+                self._fire(Trigger.LINK_GONE, now_s)
+            case None:
+                pass
+
+    def _watch_course(self, now_s: float) -> None:
+        keeper, stay = self._keeper, self._machine.stay
+        if keeper.course is None:
+            return
+        if self.phase in GOAL:
+            follows = self._vehicle.mode is FlightMode.EXTERNAL
+            streamed = stay.lasted_s(now_s) >= STREAM_FIRST_S or self.phase is Phase.TURNING_BACK
+            if follows and streamed and keeper.way is not None and keeper.stands(now_s):
+                self._fire(Trigger.UNDER_CONTROL, now_s)
+        elif self.phase in ON_COURSE and keeper.must_brake(now_s):
+            self._fire(Trigger.BLOCKED, now_s)
+        elif self.phase is Phase.FOLLOWING and keeper.finished(now_s):
+            self._end_exploration(now_s)
+        elif self.phase in ON_COURSE and keeper.finished(now_s):
+            self._fire(Trigger.ARRIVED, now_s)
+
+    def _end_exploration(self, now_s: float) -> None:
+        self._keeper.explored = True
+        self._fire(_END_TRIGGER[self.assignment.end], now_s)

@@ -1,0 +1,63 @@
+"""What is kept of everything a vehicle told: its last state, its home, what it consumes, since when it is down."""
+
+from __future__ import annotations
+
+from mission.executive.monitors import Consumption, Energy
+from mission.executive.phases import AIRBORNE, Phase
+from sim_bridge.state import FlightMode, LandedState, Vector, VehicleState
+
+
+class KnownVehicle:
+    """The vehicle as far as it was heard.
+
+    Args:
+        energy: What flying costs.
+    """
+
+    def __init__(self, energy: Energy) -> None:
+        self._energy = energy
+        self._grounded_since_s: float | None = None
+        self.state: VehicleState | None = None
+        self.heard_s: float | None = None
+        self.mode_before = FlightMode.OTHER
+        self.home_m: Vector | None = None
+        self.consumption: Consumption | None = None
+
+    @property
+    def mode(self) -> FlightMode:
+        """What it was last seen doing."""
+        return self.state.mode if self.state is not None else FlightMode.OTHER
+
+    @property
+    def aloft(self) -> bool:
+        """Whether it was last seen flying."""
+        return self.state is not None and self.state.aloft
+
+    def hear(self, state: VehicleState, phase: Phase, now_s: float) -> None:
+        """Take in what it tells.
+
+        Args:
+            state: What it tells.
+            phase: What the flight is doing meanwhile.
+            now_s: Flight clock.
+        """
+        if self.state is not None and self.state.mode is not state.mode:
+            self.mode_before = self.state.mode
+        self.state, self.heard_s = state, now_s
+        if state.landed is not LandedState.ON_GROUND:
+            self._grounded_since_s = None
+        elif self._grounded_since_s is None:
+            self._grounded_since_s = now_s
+        if state.home_enu_m is not None:
+            self.home_m = state.home_enu_m
+        elif phase is Phase.ARMING and not state.armed:
+            self.home_m = state.position_enu_m
+        if phase not in AIRBORNE or state.battery_fraction is None:
+            return
+        if self.consumption is None:
+            self.consumption = Consumption.begin(state.battery_fraction, now_s, self._energy)
+        self.consumption = self.consumption.observed(state.battery_fraction, now_s, self._energy)
+
+    def grounded_s(self, now_s: float) -> float:
+        """How long it has been on the ground without a break, flight seconds."""
+        return 0.0 if self._grounded_since_s is None else now_s - self._grounded_since_s

@@ -1,0 +1,164 @@
+"""What telemetry is held against: the fence, the obstacles, the course, and the charge that the way home needs.
+
+Everything is measured on where the vehicle says it is, never on where it was told to be.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import enum
+import math
+from collections.abc import Callable
+
+import numpy as np
+from jaxtyping import Float
+
+from mission.executive.course import CoursePoint
+from planner.problem import Limits
+from sim_bridge.state import Vector, VehicleState
+
+# A way home is not always the straight line, and wind is rarely from behind; what goes beyond is the reserve's.
+_DETOUR = 1.15
+# Near the ground both autopilots sink slowly (MPC_LAND_ALT1 10 m at MPC_LAND_SPEED 0.7 m/s; Copter 10 m at 0.5).
+_LANDING_HEIGHT_M = 10.0
+_LANDING_SPEED_MPS = 0.6
+_LEAST_OBSERVATION_S = 60.0
+_LEAST_DROP = 0.03
+
+
+class Alarm(enum.Enum):
+    """What telemetry can be wrong about; in the order of their weight."""
+
+    OUTSIDE = "outside the fence"
+    BATTERY_LOW = "the charge is what the way home needs"
+    TOO_CLOSE = "closer to an obstacle than allowed"
+    OFF_TRACK = "too far from the course"
+
+
+@dataclasses.dataclass(frozen=True)
+class Energy:
+    """What flying costs, as shares of a full battery.
+
+    Attributes:
+        endurance_s: Time a full battery lasts, from the mission file.
+        reserve_fraction: What must be left after landing.
+        cruise_mps: Horizontal speed on the way home.
+        climb_mps: Speed upwards.
+        descent_mps: Speed downwards.
+    """
+
+    endurance_s: float
+    reserve_fraction: float
+    cruise_mps: float
+    climb_mps: float
+    descent_mps: float
+
+    def within(self, limits: Limits) -> Energy:
+        """The same for a vehicle that is slower than thought."""
+        return dataclasses.replace(
+            self,
+            cruise_mps=min(self.cruise_mps, limits.max_speed_mps),
+            climb_mps=min(self.climb_mps, limits.max_climb_mps),
+            descent_mps=min(self.descent_mps, limits.max_descent_mps),
+        )
+
+    def way_home_s(self, position_m: Vector, home_m: Vector, cruise_height_m: float) -> float:
+        """Time from a place to the ground at home.
+
+        Args:
+            position_m: Where the vehicle is.
+            home_m: Where it lands.
+            cruise_height_m: Height above home from which it lands.
+        """
+        across_s = math.hypot(position_m[0] - home_m[0], position_m[1] - home_m[1]) / self.cruise_mps
+        rise_m = home_m[2] + cruise_height_m - position_m[2]
+        level_s = rise_m / self.climb_mps if rise_m > 0.0 else -rise_m / self.descent_mps
+        slow_m = min(cruise_height_m, _LANDING_HEIGHT_M)
+        sink_s = (cruise_height_m - slow_m) / self.descent_mps + slow_m / min(_LANDING_SPEED_MPS, self.descent_mps)
+        return _DETOUR * (across_s + level_s) + sink_s
+
+    def needed_fraction(self, way_home_s: float, fraction_per_s: float) -> float:
+        """Charge that must be left to fly home and land with the reserve."""
+        return way_home_s * fraction_per_s + self.reserve_fraction
+
+
+@dataclasses.dataclass(frozen=True)
+class Consumption:
+    """How fast the charge falls, measured in flight.
+
+    Attributes:
+        since_s: Flight clock at the first reading.
+        battery_fraction: Charge then.
+        fraction_per_s: The larger of what was measured and what the endurance says.
+    """
+
+    since_s: float
+    battery_fraction: float
+    fraction_per_s: float
+
+    @classmethod
+    def begin(cls, battery_fraction: float, now_s: float, energy: Energy) -> Consumption:
+        """Nothing measured yet: what the mission file's endurance says."""
+        return cls(now_s, battery_fraction, 1.0 / energy.endurance_s)
+
+    def observed(self, battery_fraction: float, now_s: float, energy: Energy) -> Consumption:
+        """With another reading.
+
+        The charge is told in whole percents, so nothing is concluded before some of them are gone.
+        """
+        elapsed_s, drop = now_s - self.since_s, self.battery_fraction - battery_fraction
+        if elapsed_s < _LEAST_OBSERVATION_S or drop < _LEAST_DROP:
+            return self
+        return dataclasses.replace(self, fraction_per_s=max(1.0 / energy.endurance_s, drop / elapsed_s))
+
+
+@dataclasses.dataclass(frozen=True)
+class Monitors:
+    """Limits that hold while flying.
+
+    Attributes:
+        clearance_m: Distance from the vehicle's hull to the nearest obstacle, for a position of shape (3,).
+        least_clearance_m: Below this the flight holds.
+        fence_distance_m: Signed distance to the fence, positive inside, for a position of shape (3,).
+        fence_tolerance_m: How far outside is not yet an alarm: estimates wander.
+        max_track_error_m: Distance from the course above which the flight holds.
+        energy: What flying costs.
+        cruise_height_m: Height above home from which it lands.
+    """
+
+    clearance_m: Callable[[Float[np.ndarray, "3"]], float]
+    least_clearance_m: float
+    fence_distance_m: Callable[[Float[np.ndarray, "3"]], float]
+    fence_tolerance_m: float
+    max_track_error_m: float
+    energy: Energy
+    cruise_height_m: float
+
+    def alarms(
+        self,
+        state: VehicleState,
+        home_m: Vector | None,
+        consumption: Consumption | None,
+        point: CoursePoint | None,
+    ) -> tuple[Alarm, ...]:
+        """What is wrong, the weightiest first.
+
+        Args:
+            state: What the vehicle tells.
+            home_m: Where it would land; None: unknown.
+            consumption: How fast the charge falls; None: unknown.
+            point: Where the course is at the state's moment; None: no course is followed.
+        """
+        position = np.asarray(state.position_enu_m)
+        found = []
+        if self.fence_distance_m(position) < -self.fence_tolerance_m:
+            found.append(Alarm.OUTSIDE)
+        if home_m is not None and consumption is not None and state.battery_fraction is not None:
+            home_s = self.energy.way_home_s(state.position_enu_m, home_m, self.cruise_height_m)
+            if state.battery_fraction <= self.energy.needed_fraction(home_s, consumption.fraction_per_s):
+                found.append(Alarm.BATTERY_LOW)
+        if self.clearance_m(position) < self.least_clearance_m:
+            found.append(Alarm.TOO_CLOSE)
+        if point is not None and float(np.linalg.norm(position - point.motion.position_m)) > self.max_track_error_m:
+            found.append(Alarm.OFF_TRACK)
+        return tuple(found)

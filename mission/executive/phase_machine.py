@@ -1,0 +1,153 @@
+"""Runs the table of `phases`: a trigger in, the next phase, and what that phase begins with."""
+
+from __future__ import annotations
+
+from mission.executive.course_keeper import CourseKeeper
+from mission.executive.events import Action, Assignment, Entered, FindWay, Goal, RunChecks, Say, Stream
+from mission.executive.interruption import Interruption
+from mission.executive.known_vehicle import KnownVehicle
+from mission.executive.phases import STREAMING, Phase, Trigger, next_phase
+from mission.executive.standing_order import StandingOrder
+from mission.executive.stay import Stay
+
+GOAL = {
+    Phase.ENTERING: Goal.EXPLORATION,
+    Phase.TAKING_BACK: Goal.HOME,
+    Phase.TURNING_BACK: Goal.HOME,
+}
+"""Where the way leads that is sought in a phase."""
+
+
+class PhaseMachine:
+    """The phase a flight is in, and everything that entering one sets off.
+
+    Args:
+        assignment: What to fly.
+        vehicle: The vehicle as far as it was heard.
+        keeper: Keeps the course.
+        order: What the vehicle is asked for.
+        now_s: Flight clock at the beginning.
+    """
+
+    def __init__(
+        self,
+        assignment: Assignment,
+        vehicle: KnownVehicle,
+        keeper: CourseKeeper,
+        order: StandingOrder,
+        now_s: float,
+    ) -> None:
+        self._assignment = assignment
+        self._vehicle = vehicle
+        self._keeper = keeper
+        self._order = order
+        self._actions: list[Action] = []
+        self.interruption = Interruption()
+        self.stay = Stay(Phase.CONNECTING, now_s)
+        self.why = "started"
+
+    @property
+    def phase(self) -> Phase:
+        """What the flight is doing."""
+        return self.stay.phase
+
+    def fire(self, trigger: Trigger, now_s: float) -> bool:
+        """Take the row for a trigger.
+
+        Returns:
+            Whether there is one for the present phase.
+        """
+        phase = self.phase
+        row = next_phase(phase, trigger)
+        if row is None:
+            return False
+        goto = self.interruption.interrupted_by(phase) if row.goto is None else row.goto
+        if row.goto is not None:
+            self.interruption.begin(phase, goto, trigger)
+        if phase is Phase.FOLLOWING:
+            self._keeper.leave_exploration(now_s, self._vehicle.heard_s if trigger is Trigger.LINK_LOST else None)
+        self.stay = Stay(goto, now_s, phase, self._vehicle.mode)
+        self.why = row.why
+        self._order.begin()
+        self.act(Entered(goto, row.why))
+        self._enter(goto, now_s)
+        return True
+
+    def act(self, action: Action) -> None:
+        """Have something done."""
+        self._actions.append(action)
+
+    def say(self, text: str, warning: bool = False) -> None:
+        """Tell the operator."""
+        self.act(Say(text, warning))
+
+    def stream(self) -> None:
+        """Have the course followed as it is now."""
+        self.act(Stream(self._keeper.course))
+
+    def stop_stream(self) -> None:
+        """Have not one setpoint more sent."""
+        self._keeper.drop()
+        self.stream()
+
+    def drain(self) -> list[Action]:
+        """What is to be done, in order; each is handed out once."""
+        actions, self._actions = self._actions, []
+        return actions
+
+    # What a phase begins with.
+
+    def _enter(self, phase: Phase, now_s: float) -> None:
+        match phase:
+            case Phase.CHECKING:
+                self.act(RunChecks())
+            case Phase.ENTERING | Phase.TAKING_BACK | Phase.TURNING_BACK:
+                self._seek_way(GOAL[phase], now_s)
+            case Phase.TRANSIT | Phase.FOLLOWING | Phase.RETURNING:
+                self._go(now_s)
+            case Phase.HOLDING | Phase.BLIND:
+                self.interruption.stand()
+                self._brake(now_s)
+            case Phase.LANDING | Phase.VEHICLE_RETURN | Phase.HANDING_OVER:
+                self._brake(now_s)
+            case Phase.OVERRIDDEN | Phase.ABORTED | Phase.LANDED | Phase.HANDED_OVER:
+                self.stop_stream()
+            case _:
+                pass
+
+    def _seek_way(self, goal: Goal, now_s: float) -> None:
+        keeper = self._keeper
+        keeper.way = None
+        if keeper.course is not None and self.stay.before in STREAMING:
+            self._brake(now_s)
+        elif self._vehicle.state is not None:
+            keeper.stand(self._vehicle.state, now_s)
+            self.stream()
+        assert keeper.course is not None, "a way is only sought where the vehicle has been heard"
+        if goal is Goal.EXPLORATION:
+            end = keeper.rejoin_m()
+        elif self._vehicle.home_m is not None:
+            east, north, up = self._vehicle.home_m
+            end = (east, north, up + self._assignment.takeoff_altitude_m)
+        else:
+            self.say("the vehicle has not told where its home is", warning=True)
+            self.fire(Trigger.NO_WAY, now_s)
+            return
+        self.act(FindWay(goal, keeper.course.stop_position(), end))
+
+    def _go(self, now_s: float) -> None:
+        """Follow the way that was found, begin the exploration, or take up what was interrupted."""
+        keeper, before = self._keeper, self.stay.before
+        if self.phase is Phase.FOLLOWING and before is Phase.TRANSIT:
+            keeper.begin_exploration(now_s)
+        elif before in GOAL and keeper.way is not None:
+            keeper.begin_way(keeper.way, now_s)
+        elif not self.interruption.by_block:
+            keeper.resume(now_s)
+        self.interruption.over()
+        self.stream()
+
+    def _brake(self, now_s: float) -> None:
+        if self._keeper.course is not None:
+            self._keeper.brake(now_s)
+            self.stream()

@@ -1,0 +1,338 @@
+"""The loop of a flight: takes what was heard, lets the executive answer, and acts.
+
+Who runs where: the stream has a thread of its own (`streamer`), the link its own for receiving and for commands
+(`sim_bridge.link`), replans a process (`replanning`), slow checks a thread here; everything else, the executive
+above all, runs in this one loop.
+"""
+
+from __future__ import annotations
+
+import concurrent.futures
+import functools
+import queue
+import time
+from collections.abc import Callable, Iterable
+from typing import Protocol
+
+import numpy as np
+
+from mission.executive.course import vector
+from mission.executive.events import (
+    Action,
+    Checked,
+    Connected,
+    CourseBlocked,
+    Entered,
+    Event,
+    FindWay,
+    NewCourse,
+    Operator,
+    Order,
+    RunChecks,
+    Say,
+    Stalled,
+    Stream,
+    StreamFailed,
+    WayFound,
+)
+from mission.executive.executive import Executive
+from mission.executive.phases import ON_COURSE, STREAMING, Phase
+from mission.flying.belief import Belief
+from mission.flying.clock import FlightClock
+from mission.flying.flight_progress import Progress, Watcher
+from mission.flying.recorder import Recorder
+from mission.flying.replan_cycle import ReplanCycle
+from mission.flying.streamer import Streamer
+from planner.trajectory import Trajectory
+from sim_bridge.link import Link
+from sim_bridge.state import CommandDone, MissionProgress, VehicleState
+
+_WAIT_HOST_S = 0.02
+_SHOW_HOST_S = 0.25
+_NOTE_PROGRESS_S = 1.0
+
+
+class Ground(Protocol):
+    """What the loop needs done that takes longer than a tick."""
+
+    def check(self, state: VehicleState) -> Checked:
+        """Check the vehicle before arming."""
+        ...
+
+    def find_way(self, wanted: FindWay) -> Trajectory:
+        """A proven way.
+
+        Raises:
+            ValueError: There is none.
+        """
+        ...
+
+    def pushed(self, executive: Executive, now_s: float) -> Iterable[CourseBlocked | Operator | Say]:
+        """What was pushed since the last call, merged into what is known."""
+        ...
+
+
+class FlightLoop:
+    """One flight.
+
+    Args:
+        executive: Decides.
+        link: The vehicle.
+        clock: The flight clock.
+        streamer: The setpoint stream.
+        recorder: Writes everything down.
+        belief: What is known.
+        cycle: Replans; None: the plan is flown as it is.
+        ground: Checks, ways, and what is pushed.
+        watcher: Told what happens.
+    """
+
+    def __init__(
+        self,
+        executive: Executive,
+        link: Link,
+        clock: FlightClock,
+        streamer: Streamer,
+        recorder: Recorder,
+        belief: Belief,
+        cycle: ReplanCycle | None,
+        ground: Ground,
+        watcher: Watcher,
+    ) -> None:
+        self.executive = executive
+        self.replans_taken = 0
+        self._link = link
+        self._clock = clock
+        self._streamer = streamer
+        self._recorder = recorder
+        self._belief = belief
+        self._cycle = cycle
+        self._ground = ground
+        self._watcher = watcher
+        self._inbox: queue.SimpleQueue[Event] = queue.SimpleQueue()
+        self._jobs = concurrent.futures.ThreadPoolExecutor(1, thread_name_prefix="checks")
+        self._interrupts = 0
+        self._shown_s = 0.0
+        self._noted_s = 0.0
+        self._must_leave = False
+        self._log_broken = False
+
+    def tell(self, event: Event) -> None:
+        """Give the flight an event, from any thread."""
+        self._inbox.put(event)
+
+    def interrupt(self) -> None:
+        """What Ctrl-C means: come back; again: land here; once more: leave it to itself."""
+        self._interrupts += 1
+        in_its_own_hands = self.executive.phase in (Phase.OVERRIDDEN, Phase.VEHICLE_RETURN, Phase.LANDING)
+        if self._interrupts == 1 and not in_its_own_hands:
+            self.tell(Operator.RETURN)
+        elif self._interrupts == 2 and not in_its_own_hands:
+            self.tell(Operator.LAND)
+        else:
+            self.tell(Operator.LEAVE)
+
+    @property
+    def interrupted(self) -> bool:
+        """Whether the operator interrupted it."""
+        return self._interrupts > 0
+
+    def run(self) -> None:
+        """Fly until the flight has ended."""
+        now_s = self._clock.now(time.monotonic())
+        self._receive(Connected(), now_s)
+        while not self.executive.finished:
+            self.step(_WAIT_HOST_S)
+        self._jobs.shutdown(wait=False, cancel_futures=True)
+
+    def step(self, wait_host_s: float) -> None:
+        """Take in what was heard, waiting at most so long for the first of it, and let time pass."""
+        if (stalled := self._streamer.renew()) is not None:
+            now_s = self._clock.now(time.monotonic())
+            self._recorder.write("stall", now_s)
+            self._receive(Stalled(stalled), now_s)
+        if self._streamer.failed:
+            self._receive(StreamFailed(), self._clock.now(time.monotonic()))
+        self._watch_log()
+        for timed in self._link.events(wait_host_s):
+            self._hear(timed.event, timed.host_s)
+        now_s = self._clock.now(time.monotonic())
+        while not self._inbox.empty():
+            self._receive(self._inbox.get(), now_s)
+        for pushed in self._ground.pushed(self.executive, now_s):
+            self._take_pushed(pushed, now_s)
+        self._act(self.executive.tick(now_s), now_s)
+        self._replan(now_s)
+        self._show(now_s)
+
+    def _hear(self, event: Event, host_s: float) -> None:
+        if not isinstance(event, VehicleState):
+            now_s = self._clock.now(host_s)
+            if isinstance(event, CommandDone):
+                self._recorder.write(
+                    "answer", now_s, command=event.command.value, accepted=event.accepted, reason=event.reason
+                )
+            elif isinstance(event, MissionProgress):
+                self._recorder.write("item", now_s, reached=event.reached, current=event.current)
+            self._receive(event, now_s)
+            return
+        now_s = self._clock.of(event.time_s)
+        executive = self.executive
+        target = None
+        if executive.course is not None and executive.phase in STREAMING:
+            target = vector(executive.course.at(now_s).motion.position_m)
+        self._recorder.telemetry(now_s, event, executive.phase.value, target)
+        if executive.phase in (Phase.FOLLOWING, Phase.AUTO_MISSION) and event.position_age_s == 0.0:
+            self._belief.fly(event.position_enu_m, now_s)
+        self._receive(event, now_s)
+
+    def _receive(self, event: Event, now_s: float) -> None:
+        if isinstance(event, Checked) and event.exploration is not self.executive.exploration and event.exploration:
+            try:
+                self._recorder.course(now_s, event.exploration, "slowed")
+            except OSError as error:
+                event = Checked((f"the slowed course cannot be put on the disk: {error}",))
+        self._act(self.executive.receive(event, now_s), now_s)
+
+    def _act(self, actions: list[Action], now_s: float) -> None:
+        for action in actions:
+            match action:
+                case Stream(course):
+                    self._streamer.follow(course)
+                case Order(command, altitude_m):
+                    self._recorder.write("order", now_s, command=command.value)
+                    self._link.request(command, altitude_m)
+                case RunChecks():
+                    self._submit(self._check, lambda why: Checked((f"the checks broke off: {why}",)))
+                case FindWay(goal):
+                    seek = functools.partial(self._find_way, action)
+                    self._submit(seek, functools.partial(WayFound, goal, None))
+                case Entered(phase, why):
+                    self._recorder.write("phase", now_s, phase=phase.value, why=why)
+                    self._note_progress(now_s)
+                    self._watcher.say(f"{phase.value}: {why}", warning=False)
+                    self._must_leave = self._must_leave and phase is Phase.HOLDING
+                case Say(text, warning):
+                    self._recorder.write("say", now_s, text=text, warning=warning)
+                    self._watcher.say(text, warning)
+
+    def _watch_log(self) -> None:
+        """Tell once when the log cannot be written, and once when it can again; the flight goes on."""
+        fault, lost = self._recorder.fault, self._recorder.lost_lines
+        if (fault is not None) is self._log_broken:
+            return
+        self._log_broken = fault is not None
+        if fault is not None:
+            text = f"the log cannot be written ({fault.strerror}): the flight goes on, what it flies now is not kept"
+        else:
+            text = f"the log is written again; {lost} lines are lost"
+        self._act([Say(text, True)], self._clock.now(time.monotonic()))
+
+    # Jobs, on their own thread; their results come back as events, and so does whatever breaks them off.
+
+    def _submit(self, job: Callable[[], Event], failed: Callable[[str], Event]) -> None:
+        def done(future: concurrent.futures.Future[Event]) -> None:
+            if future.cancelled():
+                return
+            error = future.exception()
+            if error is None:
+                self.tell(future.result())
+            else:
+                # Refusals are ValueErrors and say all there is to say; of anything else its kind is worth knowing.
+                name = "" if isinstance(error, ValueError) else f"{type(error).__name__}: "
+                self.tell(failed(f"{name}{error}"))
+
+        self._jobs.submit(job).add_done_callback(done)
+
+    def _check(self) -> Checked:
+        state = self.executive.state
+        assert state is not None, "the checks come after the vehicle has been heard"
+        return self._ground.check(state)
+
+    def _find_way(self, wanted: FindWay) -> WayFound:
+        return WayFound(wanted.goal, self._ground.find_way(wanted))
+
+    # Replans and what is pushed.
+
+    def _take_pushed(self, pushed: CourseBlocked | Operator | Say, now_s: float) -> None:
+        if isinstance(pushed, Say):
+            self._act([pushed], now_s)
+            return
+        self._recorder.write("push", now_s, what=str(pushed))
+        if isinstance(pushed, CourseBlocked):
+            self._must_leave = True
+        if self._cycle is not None:
+            self._cycle.hurry()
+        self._receive(pushed, now_s)
+
+    def _replan(self, now_s: float) -> None:
+        cycle = self._cycle
+        if cycle is None:
+            return
+        answered = cycle.poll(self.executive, now_s, must_leave=self._must_leave)
+        if answered is not None:
+            reply, verdict = answered
+            self._recorder.write(
+                "replan",
+                now_s,
+                number=reply.request.number,
+                switch_s=reply.request.switch_s,
+                solve_s=round(reply.solve_s, 3),
+                taken=verdict.trajectory is not None,
+                reason=verdict.reason,
+                alternative=verdict.alternative,
+                ergodic_metric=_finite(verdict.ergodic_metric),
+                staying_ergodic_metric=_finite(verdict.staying_ergodic_metric),
+            )
+            if verdict.trajectory is not None:
+                self._take(verdict.trajectory, now_s)
+        if self.executive.held_by_block and cycle.hopeless:
+            self._act([Say("no way around what blocks the course", True)], now_s)
+            self._receive(Operator.RETURN, now_s)
+        if (request := cycle.ask(self.executive, now_s, self._clock.rate)) is not None:
+            self._recorder.write("asked", now_s, number=request.number, switch_s=request.switch_s)
+
+    def _take(self, trajectory: Trajectory, now_s: float) -> None:
+        try:
+            self._recorder.course(now_s, trajectory, "replan")
+        except OSError as error:
+            # What is not on the disk could not be resumed from, so it is not flown.
+            self._act([Say(f"a new plan is not flown, as it cannot be put on the disk: {error}", True)], now_s)
+            return
+        before = self.executive.exploration
+        self._receive(NewCourse(trajectory), self._clock.now(time.monotonic()))
+        if self.executive.exploration is not before:
+            self.replans_taken += 1
+            self._must_leave = False
+
+    # Showing.
+
+    def _note_progress(self, now_s: float) -> None:
+        self._noted_s = now_s
+        self._recorder.write("progress", now_s, explored_s=round(self.executive.explored_s(now_s), 3))
+
+    def _show(self, now_s: float) -> None:
+        if now_s - self._noted_s >= _NOTE_PROGRESS_S:
+            self._note_progress(now_s)
+        host_s = time.monotonic()
+        if host_s - self._shown_s < _SHOW_HOST_S:
+            return
+        self._shown_s = host_s
+        executive, state = self.executive, self.executive.state
+        end_s = max(executive.exploration.end_s, 1e-9)
+        # On its way up and down the nearest thing is the ground.
+        place = np.asarray(state.position_enu_m) if state is not None and executive.phase in ON_COURSE else None
+        self._watcher.progress(
+            Progress(
+                time_s=now_s,
+                phase=executive.phase,
+                explored=min(1.0, executive.explored_s(now_s) / end_s),
+                clearance_m=float("inf") if place is None else executive.monitors.clearance_m(place),
+                battery_fraction=None if state is None else state.battery_fraction,
+                replans_taken=self.replans_taken,
+            )
+        )
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None

@@ -1,0 +1,69 @@
+"""What a mission means for its flight: what is to be done, what flying costs, what telemetry is held against."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from mission.executive.events import Assignment, FlightEnd, FlightMethod
+from mission.executive.monitors import Energy, Monitors
+from mission.flying.belief import Belief
+from mission.mission_file import Mission
+from mission.planning import Planned
+from mission.site.fence import autopilot_fence
+from planner.polygon import KeepIn
+from planner.problem import Problem
+
+_FENCE_TOLERANCE_M = 1.0
+_LEAST_CLEARANCE_SHARE = 0.3
+_TRACK_ERROR_S = 1.0
+_LEAST_TRACK_ERROR_M = 0.5
+_MOST_TRACK_ERROR_M = 5.0
+
+
+def assignment_of(planned: Planned, method: FlightMethod) -> Assignment:
+    """What the executive is given to do."""
+    mission, limits = planned.mission, planned.problem.limits
+    return Assignment(
+        exploration=planned.plan.best.trajectory,
+        takeoff_altitude_m=mission.takeoff_altitude_m,
+        end=FlightEnd(mission.flight.end),
+        method=method,
+        max_acceleration_mps2=limits.max_acceleration_mps2,
+        max_yaw_rate_radps=limits.max_yaw_rate_radps,
+        max_climb_mps=limits.max_climb_mps,
+        ready_timeout_s=mission.link.ready_timeout_s,
+    )
+
+
+def energy_of(mission: Mission, problem: Problem) -> Energy:
+    """What flying costs."""
+    limits = problem.limits
+    return Energy(
+        mission.vehicle.endurance_s,
+        mission.flight.reserve_fraction,
+        limits.max_speed_mps,
+        limits.max_climb_mps,
+        limits.max_descent_mps,
+    )
+
+
+def monitors_of(mission: Mission, belief: Belief, energy: Energy) -> Monitors:
+    """What telemetry is held against: always what is known now, pushed obstacles too."""
+    keep_in = KeepIn.of(np.array(autopilot_fence(mission.site)))
+    ceiling_m = mission.site.box_m[1][2] + mission.site.fence_margin_m
+    radius_m = mission.vehicle.radius_m
+
+    def fence_distance_m(place: np.ndarray) -> float:
+        return min(float(keep_in.distance(place[None, :2])[0]), ceiling_m - float(place[2]))
+
+    return Monitors(
+        clearance_m=lambda place: float(belief.problem.obstacles.distance(place[None])[0]) - radius_m,
+        least_clearance_m=_LEAST_CLEARANCE_SHARE * mission.flight.clearance_margin_m,
+        fence_distance_m=fence_distance_m,
+        fence_tolerance_m=_FENCE_TOLERANCE_M,
+        max_track_error_m=float(
+            np.clip(_TRACK_ERROR_S * mission.vehicle.max_speed_mps, _LEAST_TRACK_ERROR_M, _MOST_TRACK_ERROR_M)
+        ),
+        energy=energy,
+        cruise_height_m=mission.takeoff_altitude_m,
+    )

@@ -1,0 +1,222 @@
+"""What a flight needs done beside its loop: checks before arming, proven ways, and taking in what is pushed."""
+
+from __future__ import annotations
+
+import dataclasses
+import time
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from mission.executive.course import vector
+from mission.executive.events import Assignment, Checked, CourseBlocked, FindWay, Goal, Operator, Say
+from mission.executive.executive import Executive
+from mission.executive.monitors import Energy
+from mission.executive.phases import ON_COURSE
+from mission.flying import preflight, vehicle_settings
+from mission.flying.belief import Belief
+from mission.flying.intake import Arrived, Intake, Push, with_push
+from mission.flying.ways import find_way
+from mission.mission_file import Mission
+from mission.site.fence import autopilot_fence, planned_fence
+from planner import gate
+from planner.polygon import KeepIn
+from planner.problem import Problem
+from planner.trajectory import Motion, Trajectory
+from planner.workspace import Workspace
+from sim_bridge.link import Link, LinkError
+from sim_bridge.state import Vector, VehicleState
+
+_BLOCK_STEP_S = 0.1
+_OPERATOR = {"pause": Operator.PAUSE, "resume": Operator.RESUME, "return": Operator.RETURN, "land": Operator.LAND}
+
+_WARM_UP_HOST_S = 90.0
+
+Prepare = Callable[[], int | None]
+"""Does what else must be done before arming (uploads): the number of the last waypoint of an uploaded mission, if there
+is one; its refusal is a LinkError or a ValueError."""
+
+
+class Ground:
+    """The parts of a flight that take longer than a tick, for one mission and one vehicle.
+
+    Args:
+        mission: What was asked.
+        belief: What is known.
+        link: The vehicle.
+        energy: What flying costs.
+        intake: Where pushes arrive.
+        assignment: What this flight is to do.
+        prepare: What else must be done before arming.
+        warm: Whether replans are quick already: the ground is the place to wait for a compiler.
+        from_s: Curve time at which the exploration begins, where a part of it was flown before.
+    """
+
+    def __init__(
+        self,
+        mission: Mission,
+        belief: Belief,
+        link: Link,
+        energy: Energy,
+        intake: Intake,
+        assignment: Assignment,
+        prepare: Prepare,
+        warm: Callable[[], bool],
+        from_s: float | None = None,
+    ) -> None:
+        self._from_s = from_s
+        self._warm = warm
+        self.mission = mission
+        self._belief = belief
+        self._link = link
+        self._energy = energy
+        self._intake = intake
+        self._assignment = assignment
+        self._prepare = prepare
+
+    def check(self, state: VehicleState) -> Checked:
+        """Check the vehicle before arming."""
+        planned, altitude_m = self._belief.problem, self._assignment.takeoff_altitude_m
+        misplaced = []
+        if not state.aloft:
+            misplaced = preflight.place_problems(state, self.mission.home_enu_m, planned, altitude_m)
+        misplaced = misplaced or preflight.fence_problems(state, autopilot_fence(self.mission.site))
+        if misplaced:
+            # Nothing that is reckoned from there would mean anything.
+            return Checked(tuple(misplaced))
+        home = state.home_enu_m or state.position_enu_m
+        reach = preflight.reach_of(planned, planned_fence(self.mission.site), home)
+        settings = vehicle_settings.settings_of(self._link.autopilot, self._link.parameter, planned.limits, reach)
+        factor = vehicle_settings.slowing_factor(planned.limits, settings.limits)
+        exploration = self._assignment.exploration
+        if factor > 1.0:
+            exploration = exploration.slowed(factor)
+            slower = dataclasses.replace(planned, limits=settings.limits, duration_s=planned.duration_s * factor)
+            self._belief.problem = slower
+        problems = list(settings.problems)
+        if not problems:
+            problems += self._way_problems(state, home, exploration, self._energy.within(settings.limits))
+        last_item = None
+        if not problems:
+            try:
+                last_item = self._prepare()
+            except (LinkError, ValueError) as error:
+                problems.append(str(error))
+        until_s = time.monotonic() + _WARM_UP_HOST_S
+        while not problems and not self._warm() and time.monotonic() < until_s:
+            time.sleep(0.05)
+        return Checked(tuple(problems), settings.notes, exploration, settings.limits, last_item)
+
+    def _way_problems(self, state: VehicleState, home: Vector, exploration: Trajectory, energy: Energy) -> list[str]:
+        """Whether there are ways to the exploration and home, and charge for them."""
+        altitude_m = self._assignment.takeoff_altitude_m
+        from_s = exploration.start_s if self._from_s is None else self._from_s
+        begin = vector(exploration.motion_at(from_s).position_m)
+        end = vector(exploration.motion_at(exploration.end_s).position_m)
+        try:
+            here = state.position_enu_m if state.aloft else _above(state.position_enu_m, altitude_m)
+            there = self.find_way(FindWay(Goal.EXPLORATION, here, begin))
+            back = self.find_way(FindWay(Goal.HOME, end, _above(home, altitude_m)))
+        except ValueError as error:
+            return [str(error)]
+        return preflight.energy_problems(
+            state,
+            energy,
+            there.duration_s + altitude_m / energy.climb_mps,
+            exploration.end_s - from_s,
+            back.duration_s + energy.way_home_s(_above(home, altitude_m), home, altitude_m),
+        )
+
+    def find_way(self, wanted: FindWay) -> Trajectory:
+        """A proven way at rest from one place to another.
+
+        Raises:
+            ValueError: There is none.
+        """
+        problem, site = self._belief.problem, self.mission.site
+        start, end = np.asarray(wanted.start_m), np.asarray(wanted.end_m)
+        fence = np.array(planned_fence(site))
+        inside = KeepIn.of(fence).distance(np.stack([start[:2], end[:2]])) >= 0.0
+        if not inside.all():
+            # Home may lie beside the area that is explored, but never outside the vehicle's own fence.
+            fence = np.array(autopilot_fence(site))
+        low = np.array([*fence.min(axis=0), min(start[2], end[2])])
+        high = np.array([*fence.max(axis=0), max(start[2], end[2], problem.workspace.box_max_m[2])])
+        room = Workspace(np.minimum(low, np.minimum(start, end)), np.maximum(high, low + 1e-3))
+
+        def refused(trajectory: Trajectory) -> str:
+            report = gate.inspect(
+                trajectory,
+                dataclasses.replace(
+                    problem,
+                    workspace=room,
+                    start=Motion.at_rest(start),
+                    end_position_m=end,
+                    duration_s=trajectory.duration_s,
+                    fence_polygon_m=fence,
+                    covered=None,
+                    max_length_m=np.inf,
+                ),
+            )
+            return "; ".join(violation.text for violation in report.violations)
+
+        return find_way(
+            start,
+            end,
+            problem.limits,
+            problem.obstacles.distance,
+            problem.keep_out_m,
+            room.box_min_m,
+            room.box_max_m,
+            refused,
+        )
+
+    def pushed(self, executive: Executive, now_s: float) -> Iterator[CourseBlocked | Operator | Say]:
+        """What was pushed since the last call, merged into what is known."""
+        for arrived in self._intake.arrived():
+            if arrived.push is None:
+                self._intake.answer(arrived, False, arrived.reason)
+                yield Say(f"a push was refused: {arrived.reason}", warning=True)
+                continue
+            yield from self._take_in(arrived, arrived.push, executive, now_s)
+
+    def _take_in(
+        self, arrived: Arrived, push: Push, executive: Executive, now_s: float
+    ) -> Iterator[CourseBlocked | Operator | Say]:
+        known = self._belief.problem
+        try:
+            self.mission, problem = with_push(self.mission, known, push)
+        except ValueError as error:
+            self._intake.answer(arrived, False, str(error))
+            yield Say(f"a push was refused: {error}", warning=True)
+            return
+        self._belief.problem = problem
+        self._intake.answer(arrived, True, "taken in")
+        added = len(push.obstacle) + len(push.no_fly)
+        words = [f"{added} obstacles"] * bool(added) + ["information"] * (push.information is not None)
+        if words:
+            yield Say(f"learned new {' and '.join(words)}")
+        if added and executive.phase in ON_COURSE and (blocked := first_block(executive, problem, now_s)) is not None:
+            yield blocked
+        if push.command is not None:
+            yield _OPERATOR[push.command]
+
+
+def first_block(executive: Executive, problem: Problem, now_s: float) -> CourseBlocked | None:
+    """Where the course ahead comes too near to an obstacle; None: nowhere."""
+    course = executive.course
+    if course is None:
+        return None
+    here_s = course.at(now_s).curve_s
+    moments = np.arange(here_s, course.end_s + _BLOCK_STEP_S, _BLOCK_STEP_S)
+    position = course.positions_at(moments)
+    near = problem.obstacles.distance(position) < problem.keep_out_m
+    if not near.any():
+        return None
+    at = int(np.argmax(near))
+    east, north, up = position[at]
+    return CourseBlocked(float(moments[at]), f"an obstacle at ({east:.0f}, {north:.0f}, {up:.0f})")
+
+
+def _above(place: Vector, height_m: float) -> Vector:
+    return place[0], place[1], place[2] + height_m

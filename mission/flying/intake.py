@@ -1,0 +1,230 @@
+"""Information from outside, into a flight that is under way: files in a folder, checked like a mission file.
+
+A push is one JSON object with any of: `obstacle` and `no_fly` (as in the mission file; added to what is there),
+`information` (as in the mission file) with an optional `share` (how much of it against what is known, default 1:
+replaces it), and `command` ("pause", "resume", "return", "land"). Who pushes writes `inbox/NAME.json`; the flight
+answers with `inbox/NAME.answer`.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import dataclasses
+import json
+import time
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from jaxtyping import Float
+from pydantic import Field, Strict, TypeAdapter, ValidationError
+
+from mission.findings import Finding, InputError
+from mission.flying.recorder import write_durably
+from mission.mission_file import Mission
+from mission.mission_file.errors import findings_from
+from mission.mission_file.information import Information
+from mission.mission_file.obstacle import NoFly, Obstacle
+from mission.mission_file.values import Context, Section
+from mission.site.information import density_of
+from mission.site.reachable import reachable, spare_in
+from mission.site.solids import obstacle_field_of
+from planner.information import DensityGrid
+from planner.problem import Problem
+
+INBOX = "inbox"
+ANSWER_SUFFIX = ".answer"
+_ROOT = "push"
+LARGEST_BYTES = 4_000_000
+"""A push is data for one mission; more than this is a mistake."""
+
+
+class Push(Section):
+    """What can be pushed."""
+
+    obstacle: Annotated[tuple[Obstacle, ...], Strict(False)] = ()
+    """New obstacles."""
+    no_fly: Annotated[tuple[NoFly, ...], Strict(False)] = ()
+    """New volumes not to enter."""
+    information: Information | None = None
+    """New information."""
+    share: Annotated[float, Field(gt=0.0, le=1.0)] = 1.0
+    """Its share; the rest is what was known before."""
+    command: Literal["pause", "resume", "return", "land"] | None = None
+    """What the operator wants."""
+
+    def findings(self) -> Iterator[Finding]:
+        """Something to push."""
+        if not (self.obstacle or self.no_fly or self.information or self.command):
+            yield Finding("file", "", "holds nothing: give obstacle, no_fly, information or command")
+        for name in ("obstacle", "no_fly"):
+            for index, entry in enumerate(getattr(self, name)):
+                yield from (finding.under(f"{name}.{index}") for finding in entry.findings())
+        if self.information is not None:
+            yield from (finding.under("information") for finding in self.information.findings())
+
+
+def read_push(source: str, text: str, mission: Mission, folder: Path) -> Push:
+    """Read a push.
+
+    Args:
+        source: What it is called.
+        text: Its content.
+        mission: The mission it is for: its origin places geodetic positions.
+        folder: What file names in it are relative to.
+
+    Raises:
+        InputError: Everything that is wrong with it.
+    """
+    try:
+        data = json.loads(text)
+    except (json.JSONDecodeError, RecursionError) as error:
+        raise InputError(source, [Finding("file", source, f"is not valid JSON: {error}")]) from error
+    if not isinstance(data, dict):
+        raise InputError(source, [Finding("file", type(data).__name__, 'must be an object: {"obstacle": [ … ]}')])
+    context = Context(folder, mission.site.origin.point())
+    try:
+        push = TypeAdapter(Push).validate_python(data, context=context)
+    except ValidationError as error:
+        found = findings_from(_ROOT, error.errors(include_url=False), Push)
+        stripped = [dataclasses.replace(one, path=one.path.removeprefix(f"{_ROOT}.")) for one in found]
+        raise InputError(source, stripped) from error
+    if found := list(push.findings()):
+        raise InputError(source, found)
+    if push.information is not None:
+        try:
+            density_of(push.information, mission.site)
+        except ValueError as error:
+            raise InputError(source, [Finding("information", "", str(error))]) from error
+    return push
+
+
+def with_push(mission: Mission, problem: Problem, push: Push) -> tuple[Mission, Problem]:
+    """What is known once a push is taken in.
+
+    Args:
+        mission: What was asked, with what was pushed before.
+        problem: The same for the planner.
+        push: What is new.
+
+    Raises:
+        ValueError: A file in it cannot be used, or nothing is left to explore.
+    """
+    obstacles, search = problem.obstacles, problem.search
+    information = problem.information if search is None else search.prior
+    if push.obstacle or push.no_fly:
+        mission = mission.model_copy(
+            update={"obstacle": (*mission.obstacle, *push.obstacle), "no_fly": (*mission.no_fly, *push.no_fly)}
+        )
+        obstacles = obstacle_field_of(mission)
+    if push.information is not None:
+        information = mixed(information, density_of(push.information, mission.site), push.share)
+    information = reachable(information, spare_in(mission.site, obstacles, mission.keep_out_m))
+    if search is not None:
+        # A search looks where it has not looked yet: replans work that out from what was flown.
+        search = dataclasses.replace(search, prior=information)
+        information = search.effort(np.empty((0, 3)), problem.limits.max_speed_mps * problem.duration_s)
+    return mission, dataclasses.replace(problem, obstacles=obstacles, information=information, search=search)
+
+
+def mixed(known: DensityGrid, new: DensityGrid, share: float) -> DensityGrid:
+    """What is known, with a share of something new, on cells as fine as the finer of the two along each axis."""
+    if share >= 1.0:
+        return new
+    first, second = known.mass.shape, new.mass.shape
+    shape = (max(first[0], second[0]), max(first[1], second[1]), max(first[2], second[2]))
+    return DensityGrid(known.workspace, (1.0 - share) * _on_cells(known, shape) + share * _on_cells(new, shape))
+
+
+def _on_cells(grid: DensityGrid, shape: tuple[int, int, int]) -> Float[np.ndarray, "nx ny nz"]:
+    """The mass of a grid on cells of another size, by the cell that each new one's centre lies in."""
+    mass = grid.mass
+    for axis, count in enumerate(shape):
+        owner = ((np.arange(count) + 0.5) / count * mass.shape[axis]).astype(int)
+        mass = np.take(mass, owner, axis=axis)
+    return mass / mass.sum()
+
+
+@dataclasses.dataclass(frozen=True)
+class Arrived:
+    """A file that was pushed.
+
+    Attributes:
+        name: What it is called.
+        push: What is in it; None: it was refused.
+        reason: Why it was refused.
+    """
+
+    name: str
+    push: Push | None
+    reason: str = ""
+
+
+class Intake:
+    """The inbox of a flight.
+
+    Args:
+        folder: The flight's folder.
+        mission: The mission pushes are for.
+    """
+
+    def __init__(self, folder: Path, mission: Mission) -> None:
+        self._inbox = folder / INBOX
+        self._inbox.mkdir(parents=True, exist_ok=True)
+        self._mission = mission
+        # What was answered before (by a flight that is now resumed) is not taken again.
+        self._seen = {path.stem for path in self._inbox.glob(f"*{ANSWER_SUFFIX}")}
+
+    def arrived(self) -> list[Arrived]:
+        """What came since the last call, in the order of the names."""
+        found = []
+        for path in sorted(self._inbox.glob("*.json")):
+            if path.stem in self._seen:
+                continue
+            self._seen.add(path.stem)
+            try:
+                if path.stat().st_size > LARGEST_BYTES:
+                    raise InputError(path.name, [Finding("file", path.name, f"is larger than {LARGEST_BYTES} bytes")])
+                text = path.read_text(encoding="utf-8")
+                found.append(Arrived(path.stem, read_push(path.name, text, self._mission, self._inbox)))
+            except (OSError, UnicodeDecodeError) as error:
+                found.append(Arrived(path.stem, None, f"{path.name} cannot be read: {error}"))
+            except InputError as error:
+                found.append(Arrived(path.stem, None, "; ".join(map(str, error.findings))))
+        return found
+
+    def answer(self, arrived: Arrived, accepted: bool, reason: str) -> None:
+        """Tell who pushed what became of it; on a full disk nobody is told, and the flight goes on."""
+        text = json.dumps({"accepted": accepted, "reason": reason})
+        with contextlib.suppress(OSError):
+            write_durably(self._inbox / f"{arrived.name}{ANSWER_SUFFIX}", text)
+
+
+def push_into(folder: Path, file: Path, timeout_s: float = 10.0) -> dict[str, Any] | None:
+    """Give a file to the flight in a folder, and wait for its answer.
+
+    Args:
+        folder: The flight's folder.
+        file: What to push.
+        timeout_s: How long to wait.
+
+    Returns:
+        The answer: `accepted` and `reason`; None: nobody answered.
+
+    Raises:
+        InputError: The folder has no inbox, so no flight writes there.
+        OSError: The file cannot be read.
+    """
+    inbox = folder / INBOX
+    if not inbox.is_dir():
+        raise InputError(str(folder), [Finding(INBOX, "", "is missing: give the folder of a flight under way")])
+    name = f"{time.time_ns()}-{file.stem}"
+    write_durably(inbox / f"{name}.json", file.read_text(encoding="utf-8"))
+    answer = inbox / f"{name}{ANSWER_SUFFIX}"
+    until_s = time.monotonic() + timeout_s
+    while time.monotonic() < until_s:
+        if answer.exists():
+            return json.loads(answer.read_text(encoding="utf-8"))
+        time.sleep(0.05)
+    return None

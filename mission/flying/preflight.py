@@ -1,0 +1,120 @@
+"""What must hold before the motors are armed: the vehicle's place, its charge, room on the disk.
+
+Every refusal names what was found, why it is not safe, and what to change; the vehicle's parameters are
+`mission.flying.vehicle_settings`. A vehicle that is slower than the mission is not refused: the plan is slowed down.
+"""
+
+from __future__ import annotations
+
+import math
+import shutil
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from mission.executive.monitors import Energy
+from mission.flying.vehicle_settings import Reach
+from mission.site.fence import Corner
+from planner.polygon import KeepIn
+from planner.problem import Problem
+from sim_bridge.state import Vector, VehicleState
+
+FARTHEST_HOME_M = 100.0
+"""A vehicle farther than this from where the mission takes off is at another place, or the mission is."""
+
+LEAST_DISK_BYTES = 100_000_000
+"""A log grows by some 10 kB a second; recordings and pictures come on top of it."""
+
+_HIGHEST_M = 500.0
+_SKYLINE_STEP_M = 2.0
+_SKYLINE_PLACES = 40
+
+
+def reach_of(problem: Problem, fence_m: Sequence[Corner], home_m: Vector) -> Reach:
+    """How far from home a mission reaches.
+
+    Args:
+        problem: What is planned in.
+        fence_m: Corners of the area that paths stay in.
+        home_m: Where the vehicle takes off.
+    """
+    corners = np.asarray(fence_m)
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    east, north = np.meshgrid(*(np.linspace(low[axis], high[axis], _SKYLINE_PLACES) for axis in (0, 1)))
+    ground = np.column_stack([east.ravel(), north.ravel()])
+    ceiling_up_m = float(problem.workspace.box_max_m[2]) - home_m[2]
+    clear_up_m = 0.0
+    solid = problem.obstacles.below_lids
+    for height in np.arange(_SKYLINE_STEP_M, _HIGHEST_M, _SKYLINE_STEP_M):
+        level = np.column_stack([ground, np.full(len(ground), home_m[2] + height)])
+        if np.asarray(solid.distance(level)).min() < problem.keep_out_m:
+            clear_up_m = float(height) + _SKYLINE_STEP_M
+    return Reach(float(np.linalg.norm(corners - np.asarray(home_m[:2]), axis=1).max()), ceiling_up_m, clear_up_m)
+
+
+def disk_problems(folder: Path) -> list[str]:
+    """Whether there is room for what a flight writes."""
+    free = shutil.disk_usage(folder).free
+    if free >= LEAST_DISK_BYTES:
+        return []
+    return [
+        f"{folder} has {free / 1e6:.0f} MB free, a flight needs {LEAST_DISK_BYTES / 1e6:.0f}: make room, or give "
+        "another folder"
+    ]
+
+
+def fence_problems(state: VehicleState, fence_m: Sequence[Corner]) -> list[str]:
+    """Whether the vehicle stands inside the fence it is given: one that does not hold its home is not enforced."""
+    inside_m = float(KeepIn.of(np.asarray(fence_m)).distance(np.array([state.position_enu_m[:2]]))[0])
+    if inside_m >= 0.0:
+        return []
+    return [
+        f"the vehicle stands {-inside_m:.0f} m outside the fence, which does not hold its home then: move it, or make "
+        "site.fence_margin_m larger"
+    ]
+
+
+def place_problems(state: VehicleState, home_m: Vector, problem: Problem, takeoff_altitude_m: float) -> list[str]:
+    """Whether the vehicle stands where the mission takes off, with a clear climb above it."""
+    found = []
+    away_m = math.dist(state.position_enu_m[:2], home_m[:2])
+    if away_m > FARTHEST_HOME_M:
+        found.append(
+            f"the vehicle stands {away_m:.0f} m from the mission's home: move it, or set site.origin or "
+            "site.home_enu_m to where it stands"
+        )
+    if abs(state.position_enu_m[2] - home_m[2]) > FARTHEST_HOME_M:
+        found.append(
+            f"the vehicle's altitude is {state.position_enu_m[2] - home_m[2]:+.0f} m from the mission's home: set "
+            "site.origin.altitude_amsl_m to the ground's"
+        )
+    if not found:
+        east, north, up = state.position_enu_m
+        heights = up + np.linspace(0.0, takeoff_altitude_m, 200)
+        column = np.column_stack([np.full(200, east), np.full(200, north), heights])
+        # The climb begins on the ground, below every height that is kept above it.
+        clear = problem.obstacles.standing.distance(column)
+        if clear.min() < problem.keep_out_m:
+            worst = int(clear.argmin())
+            found.append(
+                f"the climb passes {clear[worst]:.1f} m from an obstacle at height {heights[worst]:.0f} m, "
+                f"{problem.keep_out_m:.1f} m are needed: take off elsewhere"
+            )
+    return found
+
+
+def energy_problems(
+    state: VehicleState, energy: Energy, way_out_s: float, exploration_s: float, way_home_s: float
+) -> list[str]:
+    """Whether the charge lasts for the way there, the exploration, the way home and the reserve."""
+    if state.battery_fraction is None:
+        return []
+    needed = (way_out_s + exploration_s + way_home_s) / energy.endurance_s + energy.reserve_fraction
+    if needed <= state.battery_fraction:
+        return []
+    return [
+        f"the battery has {state.battery_fraction:.0%}, the flight needs {needed:.0%} ({way_out_s:.0f} s there, "
+        f"{exploration_s:.0f} s exploring, {way_home_s:.0f} s home, {energy.reserve_fraction:.0%} in reserve): charge "
+        "it, or shorten planner.duration_s"
+    ]

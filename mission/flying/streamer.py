@@ -1,0 +1,118 @@
+"""The setpoint stream: a thread of its own that nothing in the flight can stall.
+
+It reads the course from one slot and the flight clock from the host's monotonic one. If nobody renews the slot for half
+a second, whoever should watch the flight is stuck: it brakes along the course by itself and stands there, streaming.
+"""
+
+from __future__ import annotations
+
+import math
+import threading
+import time
+from collections.abc import Callable
+
+from mission.executive.course import Course, CoursePoint
+from mission.flying.clock import FlightClock
+from sim_bridge.state import Setpoint
+
+STALE_S = 0.5
+"""Host seconds without a renewal after which the stream brakes."""
+
+_AGAIN_SHARE = 0.2
+
+Send = Callable[[Setpoint], None]
+Record = Callable[[float, CoursePoint, Setpoint], None]
+
+
+class Streamer:
+    """Sends setpoints at a fixed rate of the flight clock.
+
+    Args:
+        clock: The flight clock.
+        rate_hz: Setpoints a flight second.
+        send: Sends one.
+        stop: Lets no setpoint out any more.
+        record: Told of each one sent: flight clock, point of the course, setpoint.
+    """
+
+    def __init__(
+        self, clock: FlightClock, rate_hz: float, send: Send, stop: Callable[[], None], record: Record
+    ) -> None:
+        self._clock = clock
+        self._period_s = 1.0 / rate_hz
+        self._send = send
+        self._stop = stop
+        self._record = record
+        self._lock = threading.Lock()
+        self._course: Course | None = None
+        self._renewed_s = time.monotonic()
+        self._stalled: Course | None = None
+        self._sent_s = -math.inf
+        self._failed = False
+        self._closed = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="setpoints", daemon=True)
+        self._thread.start()
+
+    def follow(self, course: Course | None) -> None:
+        """Follow another course from the next setpoint on; None: send nothing more, at once."""
+        with self._lock:
+            self._course = course
+            self._renewed_s = time.monotonic()
+            if course is None:
+                self._stop()
+
+    def renew(self) -> Course | None:
+        """Say that the flight is watched.
+
+        Returns:
+            The course that was braked on while nobody watched; None: it never came to that.
+        """
+        with self._lock:
+            self._renewed_s = time.monotonic()
+            stalled, self._stalled = self._stalled, None
+            return stalled
+
+    @property
+    def failed(self) -> bool:
+        """Whether setpoints cannot be sent any more."""
+        return self._failed
+
+    def close(self) -> None:
+        """Stop for good."""
+        self._closed.set()
+        self._thread.join(2.0)
+        self._stop()
+
+    def _run(self) -> None:
+        due_s = time.monotonic()
+        try:
+            while not self._closed.is_set():
+                host_s = time.monotonic()
+                with self._lock:
+                    waits = not self._step(host_s)
+                period_s = self._period_s / self._clock.rate
+                due_s = host_s + _AGAIN_SHARE * period_s if waits else max(due_s + period_s, host_s)
+                self._closed.wait(max(0.0, due_s - time.monotonic()))
+        finally:
+            # Whatever ends this thread: its last setpoint is not repeated for ever.
+            self._failed = not self._closed.is_set()
+            self._stop()
+
+    def _step(self, host_s: float) -> bool:
+        """Send a setpoint, if there is a course; False: the clock stands, so it is to be tried again soon."""
+        if self._course is None:
+            return True
+        # A setpoint holds until the next one: what is sent is the middle of that time.
+        now_s = self._clock.now(host_s) + 0.5 * self._period_s
+        if host_s - self._renewed_s > STALE_S and self._stalled is None:
+            self._course = self._stalled = self._course.braking(now_s)
+        if now_s - self._sent_s < 0.5 * self._period_s:
+            # The clock waits for a simulator whose words have not come through yet; were it told to go on where it is,
+            # it would run ahead of the course.
+            return False
+        self._sent_s = now_s
+        point = self._course.at(now_s)
+        setpoint = point.setpoint()
+        self._send(setpoint)
+        self._record(now_s, point, setpoint)
+        return True

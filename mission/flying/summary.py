@@ -1,0 +1,127 @@
+"""What a flight came to, measured on what was flown and not on what was meant."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from mission.flying.belief import covered_by
+from mission.flying.flight_log import FlightLog
+from planner.problem import Options, Problem
+from planner.spectral_metric import mode_weights
+
+# Estimates wander and gusts push: what is flown counts as broken beyond these, what is planned has no allowance.
+SPEED_ALLOWANCE = 1.02
+POSITION_ALLOWANCE_M = 0.25
+_ON_COURSE = ("flying to the start", "exploring", "returning")
+
+
+def summarize(log: FlightLog, problem: Problem, options: Options, fastest_mps: float) -> dict[str, Any]:
+    """The summary of a flight, as JSON has it.
+
+    Args:
+        log: What was flown.
+        problem: What was asked, with the obstacles known at the end.
+        options: How it was planned: they say which metric.
+        fastest_mps: What the vehicle may fly; plans leave it a reserve below that (`vehicle.speed_reserve`).
+
+    Returns:
+        Seconds, metres and shares; null where nothing was measured.
+    """
+    exploring = log.exploring()
+    flying = np.array([bool(armed) for armed in log.armed], dtype=bool)
+    position, speed = log.position_m, np.linalg.norm(log.velocity_mps, axis=1)
+    error = np.linalg.norm(position - log.target_m, axis=1)[_on_course(log)]
+    error = error[np.isfinite(error)]
+    clearance = clearance_m(log, problem)[flying]
+    steps = np.linalg.norm(np.diff(position[flying], axis=0), axis=1) if flying.sum() > 1 else np.array([0.0])
+    covered = position[exploring]
+    replans = log.of_kind("replan")
+    refused: dict[str, int] = {}
+    for replan in replans:
+        if not replan["taken"]:
+            reason = replan["reason"].split(":")[0]
+            refused[reason] = refused.get(reason, 0) + 1
+    battery = log.battery_fraction[np.isfinite(log.battery_fraction)]
+    return {
+        "flown_s": float(np.ptp(log.time_s[flying])) if flying.any() else 0.0,
+        "explored_s": _explored_s(log),
+        "length_m": float(steps.sum()),
+        "min_clearance_m": None if problem.obstacles.is_empty or not len(clearance) else float(clearance.min()),
+        "max_speed_mps": float(speed.max()) if len(speed) else 0.0,
+        "tracking_error_mean_m": float(error.mean()) if len(error) else None,
+        "tracking_error_max_m": float(error.max()) if len(error) else None,
+        "ergodic_metric": _flown_metric(covered, problem, options),
+        "battery_used": float(battery.max() - battery.min()) if len(battery) else None,
+        "replans_asked": len(replans),
+        "replans_taken": sum(replan["taken"] for replan in replans),
+        "replans_refused": refused,
+        "violations": violations(log, problem, fastest_mps),
+        "phases": [event["phase"] for event in log.of_kind("phase")],
+        "warnings": [event["text"] for event in log.of_kind("say") if event["warning"]],
+    }
+
+
+def clearance_m(log: FlightLog, problem: Problem) -> Float[np.ndarray, "time"]:
+    """Distance from the hull to the nearest obstacle at every sample of telemetry.
+
+    The ground, and heights that are kept above it, count while exploring: on its way up and down a vehicle is nearer.
+    """
+    standing = np.asarray(problem.obstacles.standing.distance(log.position_m))
+    nearest = np.asarray(problem.obstacles.distance(log.position_m))
+    return np.where(log.exploring(), nearest, standing) - problem.vehicle_radius_m
+
+
+def violations(log: FlightLog, problem: Problem, fastest_mps: float) -> list[str]:
+    """Where the flown path broke a limit, a sentence a kind.
+
+    Clearance and the fence are held against the whole flight in the air, the box and the speed against the
+    exploration.
+    """
+    found = []
+    exploring = log.exploring()
+    airborne = log.armed & _in_air(log)
+    position, speed = log.position_m, np.linalg.norm(log.velocity_mps, axis=1)
+    if airborne.any() and not problem.obstacles.is_empty:
+        clearance = clearance_m(log, problem)[airborne]
+        least = problem.clearance_margin_m - _allowance_m(problem.clearance_margin_m)
+        if clearance.min() < least:
+            at_s = log.time_s[airborne][int(clearance.argmin())]
+            found.append(f"clearance {clearance.min():.2f} m at {at_s:.1f} s, limit {problem.clearance_margin_m:g} m")
+    if exploring.any():
+        fastest = float(speed[exploring].max())
+        if fastest > SPEED_ALLOWANCE * fastest_mps:
+            found.append(f"speed {fastest:.2f} m/s, limit {fastest_mps:g} m/s")
+        low, high = problem.workspace.box_min_m, problem.workspace.box_max_m
+        outside = float(np.maximum(low - position[exploring], position[exploring] - high).max())
+        if outside > POSITION_ALLOWANCE_M:
+            found.append(f"{outside:.2f} m outside the box")
+    return found
+
+
+def _allowance_m(margin_m: float) -> float:
+    """How much of the margin tracking may use up: the margin is there for that, but never all of it."""
+    return min(POSITION_ALLOWANCE_M, 0.5 * margin_m)
+
+
+def _in_air(log: FlightLog) -> np.ndarray:
+    return np.array([phase not in ("arming", "landed", "checking the vehicle") for phase in log.phase], dtype=bool)
+
+
+def _on_course(log: FlightLog) -> np.ndarray:
+    return np.array([phase in _ON_COURSE for phase in log.phase], dtype=bool)
+
+
+def _explored_s(log: FlightLog) -> float:
+    progress = log.of_kind("progress")
+    return float(progress[-1]["explored_s"]) if progress else 0.0
+
+
+def _flown_metric(position_m: np.ndarray, problem: Problem, options: Options) -> float | None:
+    if len(position_m) < 2:
+        return None
+    covered = covered_by(position_m, 1.0, problem, options.modes)
+    residual = covered.mean_basis - problem.information.coefficients(options.modes)
+    return float(np.sum(mode_weights(options.modes, options.metric_weights) * residual**2))
