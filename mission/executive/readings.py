@@ -84,8 +84,10 @@ def mode_is_ours(stay: Stay, settled: bool, state: VehicleState) -> bool:
     if not expected or (stay.phase is Phase.TAKING_OFF and state.landed is LandedState.ON_GROUND):
         return True
     # PX4 ends its take-off by holding, which may show only when the phase after it was left for the way home already.
+    # Copter climbs in Guided and stays in it: there holding is a pilot's.
     before_holding = (Phase.TAKING_OFF, Phase.ENTERING) if stay.phase is Phase.TAKING_BACK else (Phase.TAKING_OFF,)
-    climbed = stay.before in before_holding and state.mode is FlightMode.HOLD
+    climbs_by_itself = stay.mode_before is not FlightMode.EXTERNAL
+    climbed = climbs_by_itself and stay.before in before_holding and state.mode is FlightMode.HOLD
     if not settled and (climbed or state.mode is stay.mode_before or state.mode in expected_modes(stay.before)):
         return True
     return state.mode in expected
