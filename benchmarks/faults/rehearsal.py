@@ -283,7 +283,7 @@ class Rehearsal:
             before = self.executive.exploration
             self._act(self.executive.receive(NewCourse(trajectory), flight_s), flight_s)
             self.replans += self.executive.exploration is not before
-        flowing = course is not None and self.executive.phase is Phase.FOLLOWING and course.pace.target_rate == 1.0
+        flowing = course is not None and self.executive.phase is Phase.FOLLOWING and course.pace.target_rate > 0.0
         due = self._replan_s is None or self.now_s - self._replan_s >= REPLAN_EVERY_S
         if flowing and due and course is not None and course.at(flight_s).rate == 1.0:
             self._replan_s = self.now_s

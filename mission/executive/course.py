@@ -160,6 +160,7 @@ class Course:
         max_acceleration_mps2: float,
         max_yaw_rate_radps: float,
         from_s: float | None = None,
+        rate: float = 1.0,
     ) -> Course:
         """Start a curve now, from rest, with the nose where it is.
 
@@ -170,14 +171,15 @@ class Course:
             max_acceleration_mps2: What braking may use.
             max_yaw_rate_radps: How fast the nose may turn.
             from_s: Curve time to begin at; None: the curve's start.
+            rate: Curve seconds a second, at most one.
         """
         first_s = trajectory.start_s if from_s is None else from_s
         leg = Leg(trajectory, heading_along(trajectory, yaw_rad, max_yaw_rate_radps, first_s))
         course = cls((leg,), Pace(now_s, first_s, 0.0, 0.0), max_acceleration_mps2, max_yaw_rate_radps)
         if np.linalg.norm(trajectory.motion_at(first_s).velocity_mps) < 1e-3:
             # At rest already: the curve's own start is smooth.
-            return dataclasses.replace(course, pace=Pace(now_s, first_s))
-        return course.resuming(now_s)
+            return dataclasses.replace(course, pace=Pace(now_s, first_s, rate, rate))
+        return course.resuming(now_s, rate)
 
     @classmethod
     def standing(cls, position_m: Vector, now_s: float, yaw_rad: float) -> Course:
@@ -243,9 +245,9 @@ class Course:
         """The course that comes to a standstill along the curve."""
         return self._paced(now_s, 0.0)
 
-    def resuming(self, now_s: float) -> Course:
-        """The course that takes up its full pace again."""
-        return self._paced(now_s, 1.0)
+    def resuming(self, now_s: float, rate: float = 1.0) -> Course:
+        """The course that takes up its full pace again, or a part of it."""
+        return self._paced(now_s, rate)
 
     def taken_up(self, curve_s: float, velocity_mps: Float[np.ndarray, "3"], now_s: float) -> Course:
         """The course from a moment of the curve on, at the pace that a vehicle has which is there.

@@ -15,6 +15,9 @@ from sim_bridge.state import Vector, VehicleState
 
 _BLOCKED_RESERVE_S = 1.0
 _CATCH_UP_S = 1.0
+# Each time a vehicle has not kept to its course less is asked of it, down to where drag and lag hardly matter.
+_SLOWER = 0.7
+_SLOWEST = 0.35
 _LOOK_BACK_S = 2.0
 """A vehicle is that far behind its course at most without anything being wrong, and some more."""
 
@@ -33,6 +36,7 @@ class CourseKeeper:
         rejoin_s: Curve time at which the exploration is taken up.
         explored: Whether it was flown to its end.
         blocked_s: Curve time from which new information makes the course unsafe; None: nowhere.
+        rate: Curve seconds a second that are flown: less than one for a vehicle that does not keep to its course.
     """
 
     def __init__(self, assignment: Assignment, from_s: float | None) -> None:
@@ -43,11 +47,17 @@ class CourseKeeper:
         self.rejoin_s = assignment.exploration.start_s if from_s is None else from_s
         self.explored = False
         self.blocked_s: float | None = None
+        self.rate = 1.0
 
     def keep_to(self, limits: Limits) -> None:
         """Brake and speed up no harder than a vehicle can that is weaker than thought."""
         weaker_mps2 = min(self._assignment.max_acceleration_mps2, limits.max_acceleration_mps2)
         self._assignment = dataclasses.replace(self._assignment, max_acceleration_mps2=weaker_mps2)
+
+    def slow_down(self) -> bool:
+        """Fly on more slowly; false: it is as slow as it gets."""
+        before, self.rate = self.rate, max(_SLOWEST, _SLOWER * self.rate)
+        return self.rate < before
 
     def stand(self, state: VehicleState, now_s: float) -> None:
         """Stand where the vehicle is."""
@@ -59,9 +69,9 @@ class CourseKeeper:
             self.course = self.course.braking(now_s)
 
     def resume(self, now_s: float) -> None:
-        """Take up full pace again."""
+        """Take up the pace again."""
         if self.course is not None:
-            self.course = self.course.resuming(now_s)
+            self.course = self.course.resuming(now_s, self.rate)
 
     def drop(self) -> None:
         """Follow nothing."""
@@ -158,5 +168,11 @@ class CourseKeeper:
         yaw = self.course.at(now_s).yaw_rad if self.course is not None else 0.0
         limits = self._assignment
         self.course = Course.begin(
-            trajectory, now_s, yaw, limits.max_acceleration_mps2, limits.max_yaw_rate_radps, from_s=from_s
+            trajectory,
+            now_s,
+            yaw,
+            limits.max_acceleration_mps2,
+            limits.max_yaw_rate_radps,
+            from_s=from_s,
+            rate=self.rate,
         )

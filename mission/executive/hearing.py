@@ -174,7 +174,7 @@ class Hearing:
         self._alarmed_s = now_s
         vehicle, interruption = self._vehicle, self._machine.interruption
         point = self._keeper.course.at(now_s) if self._keeper.course is not None and self._phase in STREAMING else None
-        alarms = self.monitors.alarms(state, vehicle.home_m, vehicle.consumption, point)
+        alarms = self.monitors.alarms(state, vehicle.home_m, vehicle.consumption, point, self._keeper.rate)
         for alarm in alarms:
             if self._fire(_ALARM_TRIGGER[alarm], now_s):
                 return

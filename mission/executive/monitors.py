@@ -62,6 +62,19 @@ class Energy:
             descent_mps=min(self.descent_mps, limits.max_descent_mps),
         )
 
+    def at_pace(self, rate: float) -> Energy:
+        """The same for a vehicle that flies more slowly than it could.
+
+        Args:
+            rate: Share of its speeds, at most one.
+        """
+        return dataclasses.replace(
+            self,
+            cruise_mps=rate * self.cruise_mps,
+            climb_mps=rate * self.climb_mps,
+            descent_mps=rate * self.descent_mps,
+        )
+
     def way_home_s(self, position_m: Vector, home_m: Vector, cruise_height_m: float) -> float:
         """Time from a place to the ground at home.
 
@@ -140,6 +153,7 @@ class Monitors:
         home_m: Vector | None,
         consumption: Consumption | None,
         point: CoursePoint | None,
+        rate: float = 1.0,
     ) -> tuple[Alarm, ...]:
         """What is wrong, the weightiest first.
 
@@ -148,13 +162,14 @@ class Monitors:
             home_m: Where it would land; None: unknown.
             consumption: How fast the charge falls; None: unknown.
             point: Where the course is at the state's moment; None: no course is followed.
+            rate: Share of its speeds at which it is flown home.
         """
         position = np.asarray(state.position_enu_m)
         found = []
         if self.fence_distance_m(position) < -self.fence_tolerance_m:
             found.append(Alarm.OUTSIDE)
         if home_m is not None and consumption is not None and state.battery_fraction is not None:
-            home_s = self.energy.way_home_s(state.position_enu_m, home_m, self.cruise_height_m)
+            home_s = self.energy.at_pace(rate).way_home_s(state.position_enu_m, home_m, self.cruise_height_m)
             if state.battery_fraction <= self.energy.needed_fraction(home_s, consumption.fraction_per_s):
                 found.append(Alarm.BATTERY_LOW)
         if self.clearance_m(position) < self.least_clearance_m:

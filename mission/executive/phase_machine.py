@@ -64,6 +64,10 @@ class PhaseMachine:
         goto = self.interruption.interrupted_by(phase) if row.goto is None else row.goto
         if row.goto is not None:
             self.interruption.begin(phase, goto, trigger)
+        if goto is Phase.HOLDING and trigger in (Trigger.TOO_CLOSE, Trigger.OFF_TRACK) and self._keeper.slow_down():
+            self.say(
+                f"it did not keep to the course: from here on at {self._keeper.rate:.0%} of the pace", warning=True
+            )
         if phase is Phase.FOLLOWING:
             self._keeper.leave_exploration(now_s, self._vehicle.heard_s if trigger is Trigger.LINK_LOST else None)
         self.stay = Stay(goto, now_s, phase, self._vehicle.mode)

@@ -144,7 +144,7 @@ class ReplanCycle:
     @staticmethod
     def _flows(executive: Executive) -> bool:
         course = executive.course
-        return executive.phase is Phase.FOLLOWING and course is not None and course.pace.target_rate == 1.0
+        return executive.phase is Phase.FOLLOWING and course is not None and course.pace.target_rate > 0.0
 
     def _warm_up(self, share: float) -> Request:
         """A request of the size that comes when a share of the exploration is left."""
@@ -157,14 +157,14 @@ class ReplanCycle:
     def _from_ahead(self, executive: Executive, now_s: float, rate: float) -> Request | None:
         course = executive.course
         assert course is not None, "a replan is only asked for on a course"
-        at_s, pace, _ = course.pace.at(now_s)
-        if pace < 1.0:
+        at_s, pace, changing = course.pace.at(now_s)
+        if changing != 0.0:
             return None
-        switch_s = at_s + self._replanner.lead_host_s() * rate
+        switch_s = at_s + self._replanner.lead_host_s() * rate * pace
         remaining_s = executive.exploration.end_s - switch_s
         if remaining_s < max(LEAST_REMAINING_S, LEAST_REMAINING_SHARE * executive.exploration.end_s):
             return None
-        ahead = course.positions_at(np.arange(at_s, switch_s, INTERVAL_S))
+        ahead = course.positions_at(np.arange(at_s, switch_s, INTERVAL_S * pace))
         problem = self._left(course.motion_at(switch_s), remaining_s)
         staying = course.leg_at(switch_s).trajectory
         return self._request(problem, switch_s, staying, course.trajectory, ahead)

@@ -67,6 +67,34 @@ def test_blown_off_the_course_it_waits_until_it_is_back():
     assert flight.phase is Phase.FOLLOWING
 
 
+def test_a_vehicle_that_does_not_keep_to_its_course_is_flown_more_slowly_from_then_on():
+    flight = Flight().exploring()
+    full_mps = np.linalg.norm(flight.vehicle.velocity)
+    for slower in (0.7, 0.49, 0.35):
+        flight.push = np.array([0.0, 4.0, 0.0])
+        flight.run_for(0.2)
+        flight.push = np.zeros(3)
+        flight.run_for(8.0)
+        assert flight.phase is Phase.FOLLOWING
+        assert flight.executive.course is not None
+        assert flight.executive.course.at(flight.now_s).rate == pytest.approx(slower)
+    assert np.linalg.norm(flight.vehicle.velocity) < 0.6 * full_mps
+    assert any("35% of the pace" in text for text in flight.said)
+    flight.run()
+    assert flight.phase is Phase.LANDED
+    assert flight.executive.explored
+
+
+def test_a_pause_does_not_slow_it_down():
+    flight = Flight().exploring()
+    flight.tell(Operator.PAUSE)
+    flight.run_for(5.0)
+    flight.tell(Operator.RESUME)
+    flight.run_for(5.0)
+    assert flight.executive.course is not None
+    assert flight.executive.course.at(flight.now_s).rate == 1.0
+
+
 @pytest.mark.parametrize("phase", [Phase.TRANSIT, Phase.FOLLOWING, Phase.HOLDING, Phase.RETURNING])
 def test_without_setpoints_the_vehicle_returns_by_itself(phase):
     flight = Flight()
