@@ -77,11 +77,13 @@ def _check(kind: int, item: Item) -> int:
 
 
 def _kept(kind: int, item: Item) -> Item:
-    """Whole seconds and metres, centimetres of altitude, no headings; frames without `_INT`."""
+    """Whole seconds and metres, centimetres of altitude, no headings; of a waypoint its delay; frames without `_INT`."""
     if kind != _MISSION or item.frame not in PLACE_FRAMES:
         return item
     absolute = item.frame in ABSOLUTE_FRAMES
     p1, p2, p3, _ = item.params
+    if item.command == mavlink.MAV_CMD_NAV_WAYPOINT:
+        p2 = p3 = 0.0
     return dataclasses.replace(
         item,
         frame=mavlink.MAV_FRAME_GLOBAL if absolute else mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT,

@@ -166,6 +166,9 @@ def _packed(item: Item, number: int, kind: int, link: Link) -> MissionItem:
     # ArduPilot may refuse NaN where it reads nothing: 0 there.
     unset = 0.0 if link.autopilot is Autopilot.ARDUPILOT else math.nan
     p1, p2, p3, p4 = (unset if value is None else value for value in item.params)
+    if link.autopilot is Autopilot.ARDUPILOT and item.command == mavlink.MAV_CMD_NAV_WAYPOINT:
+        # Copter keeps a waypoint's delay alone; how near is near enough is its parameter WPNAV_RADIUS.
+        p2 = p3 = p4 = 0.0
     current = int(number == 0 and kind == mavlink.MAV_MISSION_TYPE_MISSION)
     return MissionItem(
         seq=number,

@@ -125,3 +125,8 @@ def test_an_upload_that_ardupilot_gave_up_leaves_the_first_new_items_in_the_old_
     assert answers[-1].get_type() == "MISSION_ACK"
     assert answers[-1].type == mavlink.MAV_MISSION_OPERATION_CANCELLED
     assert [item.altitude_m for item in storage.mission] == [99.0, 11.0, 12.0]
+
+
+def test_of_a_waypoint_copter_keeps_the_delay_alone():
+    sent = Item(mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, (3.0, 2.0, 1.0, 90.0), 1, 2, 10.0)
+    assert ARDUPILOT_MANNERS.kept(mavlink.MAV_MISSION_TYPE_MISSION, sent).params == (3.0, 0.0, 0.0, 0.0)
