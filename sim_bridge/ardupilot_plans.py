@@ -77,7 +77,7 @@ def _check(kind: int, item: Item) -> int:
 
 
 def _kept(kind: int, item: Item) -> Item:
-    """Whole seconds and metres, centimetres of altitude, no headings; of a waypoint its delay; frames without `_INT`."""
+    """Whole seconds and metres, centimetres of altitude, no headings, no radii; frames without `_INT`."""
     if kind != _MISSION or item.frame not in PLACE_FRAMES:
         return item
     absolute = item.frame in ABSOLUTE_FRAMES
