@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from planner.information import DensityGrid
     from planner.obstacles import Box, Cylinder, ObstacleField, Prism, Sphere
     from planner.plan import Candidate, Plan, Status
-    from planner.problem import Kernel, Limits, Method, Metric, MetricWeights, Options, Problem
+    from planner.problem import HeadingRule, Kernel, Limits, Method, Metric, MetricWeights, Options, Problem
     from planner.solver import Progress, solve
     from planner.trajectory import Motion, Trajectory
     from planner.workspace import Workspace
@@ -23,7 +23,7 @@ _HOMES = {
     "information": ("DensityGrid",),
     "obstacles": ("Box", "Cylinder", "ObstacleField", "Prism", "Sphere"),
     "plan": ("Candidate", "Plan", "Status"),
-    "problem": ("Kernel", "Limits", "Method", "Metric", "MetricWeights", "Options", "Problem"),
+    "problem": ("HeadingRule", "Kernel", "Limits", "Method", "Metric", "MetricWeights", "Options", "Problem"),
     "solver": ("Progress", "solve"),
     "trajectory": ("Motion", "Trajectory"),
     "workspace": ("Workspace",),
@@ -34,6 +34,7 @@ __all__ = [
     "Candidate",
     "Cylinder",
     "DensityGrid",
+    "HeadingRule",
     "Kernel",
     "Limits",
     "Method",

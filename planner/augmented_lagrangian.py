@@ -43,7 +43,7 @@ class State(eqx.Module):
         reference: E_ref.
     """
 
-    free: Float[Array, "free 3"]
+    free: Float[Array, "free axis"]
     multipliers: Float[Array, "constraint"]
     reference: Float[Array, ""]
 
@@ -62,7 +62,7 @@ class Info(eqx.Module):
     accepted_share: Float[Array, ""]
 
 
-def init(scene: Scene, free: Float[Array, "free 3"]) -> State:
+def init(scene: Scene, free: Float[Array, "free axis"]) -> State:
     """Start from a candidate's free control points."""
     control = scene.control_points(free)
     positions = scene.positions(control)
@@ -72,7 +72,7 @@ def init(scene: Scene, free: Float[Array, "free 3"]) -> State:
 
 
 def penalised(
-    scene: Scene, free: Float[Array, "free 3"], reference: Float[Array, ""], penalty: float
+    scene: Scene, free: Float[Array, "free axis"], reference: Float[Array, ""], penalty: float
 ) -> Float[Array, ""]:
     """The objective with soft penalties alone (no multipliers): what the Stein phase descends."""
     control = scene.control_points(free)
@@ -94,7 +94,7 @@ def step(scene: Scene, state: State, penalty: Float[Array, ""], inner_steps: Int
     cosines = jnp.asarray(cosine_basis(shape[0]))
     scale = frequency_scale(scene, shape[0], penalty)
 
-    def free_of(flat: Float[Array, "size"]) -> Float[Array, "free 3"]:
+    def free_of(flat: Float[Array, "size"]) -> Float[Array, "free axis"]:
         return state.free + cosines @ (scale * flat.reshape(shape))
 
     def objective(flat: Float[Array, "size"]) -> Float[Array, ""]:
@@ -130,7 +130,7 @@ def cosine_basis(count: int) -> Float[np.ndarray, "free frequency"]:
     return np.asarray(scipy.fft.idct(np.eye(count), norm="ortho", axis=0), np.float32)
 
 
-def frequency_scale(scene: Scene, count: int, penalty: Float[Array, ""]) -> Float[Array, "frequency 3"]:
+def frequency_scale(scene: Scene, count: int, penalty: Float[Array, ""]) -> Float[Array, "frequency axis"]:
     """s: how far a unit of each coordinate moves the path, by frequency and axis."""
     difference = 2.0 * np.sin(0.5 * np.pi * np.arange(count) / count)[:, None]
     slowest = jnp.minimum(scene.max_speed_mps, jnp.minimum(scene.max_climb_mps, scene.max_descent_mps))
@@ -139,4 +139,9 @@ def frequency_scale(scene: Scene, count: int, penalty: Float[Array, ""]) -> Floa
     across = jnp.minimum(scene.max_acceleration_mps2, scene.max_turn_rate_radps * scene.max_speed_mps)
     second = 2.0 * difference**2 * scene.lengths_m / (across * scene.knot_interval_s**2)
     third = 2.0 * difference**3 * scene.lengths_m / (scene.max_jerk_mps3 * scene.knot_interval_s**3)
-    return (METRIC_CURVATURE / count + penalty * ACTIVE_SHARE * (first**2 + second**2 + third**2)) ** -0.5
+    limited = first**2 + second**2 + third**2
+    if scene.has_headings:
+        # Of a heading only the rate is limited.
+        turned = 2.0 * difference / (scene.max_yaw_rate_turns_per_s * scene.knot_interval_s)
+        limited = jnp.concatenate([limited, turned**2], axis=1)
+    return (METRIC_CURVATURE / count + penalty * ACTIVE_SHARE * limited) ** -0.5

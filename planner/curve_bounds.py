@@ -66,7 +66,17 @@ class Least:
 
 def bezier_points(trajectory: Trajectory) -> Float[np.ndarray, "piece 4 3"]:
     """The pieces of a spline by their Bézier points, metres."""
-    windows = np.lib.stride_tricks.sliding_window_view(trajectory.control_points_m, 4, axis=0)
+    return _bezier(trajectory.control_points_m)
+
+
+def heading_bezier_points(trajectory: Trajectory) -> Float[np.ndarray, "piece 4 1"] | None:
+    """The same of a heading that is planned with the path, radians; None: it is not."""
+    heading = trajectory.heading_control_rad
+    return None if heading is None else _bezier(heading[:, None])
+
+
+def _bezier(control: Float[np.ndarray, "control axis"]) -> Float[np.ndarray, "piece 4 axis"]:
+    windows = np.lib.stride_tricks.sliding_window_view(control, 4, axis=0)
     return np.einsum("bc,pdc->pbd", _BEZIER, windows)
 
 

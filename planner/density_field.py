@@ -88,6 +88,24 @@ class GridField(eqx.Module):
         return density, gradient
 
 
+class EveryHeading(eqx.Module):
+    """Poses whose place has a density and whose heading is any, each as likely: p(x, ψ) = p(x)/2π.
+
+    Blurred by the kernel it stays what it is along the heading, so that nothing has to be sampled.
+
+    Attributes:
+        places: The density of places.
+    """
+
+    places: GridField
+
+    def __call__(self, points: Float[Array, "time 4"]) -> ValueAndSlope:
+        """Density and gradient at poses."""
+        density, slope = self.places(points[:, :3])
+        turn = jnp.zeros_like(slope[:, :1])
+        return density / (2.0 * jnp.pi), jnp.concatenate([slope, turn], axis=1) / (2.0 * jnp.pi)
+
+
 def grid_field(
     mass: Float[np.ndarray, "nx ny nz"],
     variance: Float[np.ndarray, "3"] | None = None,

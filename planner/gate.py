@@ -3,13 +3,15 @@
 Clearance and the fence are 1-Lipschitz distances and are proven by bisection; box, speed, climb and descent by the
 exact extrema of polynomials, the turn rate by those of a ratio of polynomials; acceleration at the knots, between which
 it is linear and its norm therefore convex; jerk on the pieces, where it is constant; the length by quadrature.
-The heading is not part of the curve: `planner.yaw` turns it no faster than `Limits.max_yaw_rate_radps` allows.
+A heading that is planned with the path is proven likewise by the exact extrema of its rate; any other is no part of the
+curve: `planner.yaw` turns it no faster than `Limits.max_yaw_rate_radps` allows.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import enum
+import math
 from typing import NoReturn
 
 import numpy as np
@@ -20,6 +22,7 @@ from planner.curve_bounds import (
     bezier_points,
     derivative,
     greatest_ratio,
+    heading_bezier_points,
     inner_product,
     least_along,
     maximum,
@@ -35,6 +38,8 @@ JOIN_TOLERANCE = 1e-6
 """Start, end and box: metres, metres per second, metres per second squared."""
 FENCE_TOLERANCE_M = 1e-3
 FENCE_RESOLUTION_M = 0.1
+FARTHEST_RAD = 1e6
+"""A heading that turned further means nothing."""
 REPORT_RESOLUTION_M = 1e-3
 """How closely the least clearance is enclosed: the figure reported is the proven, lower one."""
 
@@ -52,6 +57,7 @@ class ViolationKind(enum.Enum):
     ACCELERATION = "acceleration"
     JERK = "jerk"
     TURN_RATE = "turn rate"
+    YAW_RATE = "yaw rate"
     LENGTH = "length"
     START = "start"
     END = "end"
@@ -62,6 +68,7 @@ _UNITS = {
     ViolationKind.ACCELERATION: "m/s²",
     ViolationKind.JERK: "m/s³",
     ViolationKind.TURN_RATE: "rad/s",
+    ViolationKind.YAW_RATE: "rad/s",
     ViolationKind.LENGTH: "m",
 }
 
@@ -102,6 +109,7 @@ class GateReport:
         max_turn_rate_radps: Greatest rate at which the horizontal velocity turns; None where the problem has no limit.
         length_m: Length of the path.
         duration_s: Time from its first to its last point.
+        max_yaw_rate_radps: Greatest rate of the heading that is planned with the path; None where there is none.
     """
 
     violations: tuple[Violation, ...]
@@ -114,6 +122,7 @@ class GateReport:
     max_turn_rate_radps: float | None
     length_m: float
     duration_s: float
+    max_yaw_rate_radps: float | None = None
 
     @property
     def passed(self) -> bool:
@@ -167,7 +176,10 @@ def prove(trajectory: Trajectory, problem: Problem) -> ProvenTrajectory:
     """
     points = trajectory.control_points_m.copy()
     points.setflags(write=False)
-    own = dataclasses.replace(trajectory, control_points_m=points)
+    heading = None if trajectory.heading_control_rad is None else trajectory.heading_control_rad.copy()
+    if heading is not None:
+        heading.setflags(write=False)
+    own = dataclasses.replace(trajectory, control_points_m=points, heading_control_rad=heading)
     report = inspect(own, problem)
     if not report.passed:
         raise GateRefused(report)
@@ -189,7 +201,10 @@ def inspect(trajectory: Trajectory, problem: Problem) -> GateReport:
     """
     workspace = problem.workspace
     control = trajectory.control_points_m
-    if not (np.abs(control - workspace.box_min_m) < FAR_M).all():
+    turned = trajectory.heading_control_rad
+    if not (np.abs(control - workspace.box_min_m) < FAR_M).all() or (
+        turned is not None and not (np.abs(turned) < FARTHEST_RAD).all()
+    ):
         return _diverged(trajectory, problem)
     found = _Findings(trajectory)
     bezier = bezier_points(trajectory)
@@ -223,6 +238,11 @@ def inspect(trajectory: Trajectory, problem: Problem) -> GateReport:
     if np.isfinite(limits.max_turn_rate_radps):
         turn = _turn_rate_radps(velocity, trajectory.knot_interval_s, limits.max_speed_mps)
         greatest[ViolationKind.TURN_RATE] = (turn.value, limits.max_turn_rate_radps, turn.parameter)
+    heading = heading_bezier_points(trajectory)
+    if heading is not None:
+        rate = derivative(heading, trajectory.knot_interval_s)[:, :, 0]
+        fastest = max((maximum(sign * rate) for sign in (1.0, -1.0)), key=lambda one: one.value)
+        greatest[ViolationKind.YAW_RATE] = (fastest.value, limits.max_yaw_rate_radps, fastest.parameter)
     length_m = _length_m(velocity, trajectory.knot_interval_s)
     greatest[ViolationKind.LENGTH] = (length_m, problem.max_length_m, float(trajectory.segments))
     for kind, (measured, limit, parameter) in greatest.items():
@@ -242,6 +262,7 @@ def inspect(trajectory: Trajectory, problem: Problem) -> GateReport:
         max_turn_rate_radps=greatest[ViolationKind.TURN_RATE][0] if ViolationKind.TURN_RATE in greatest else None,
         length_m=length_m,
         duration_s=trajectory.duration_s,
+        max_yaw_rate_radps=greatest[ViolationKind.YAW_RATE][0] if ViolationKind.YAW_RATE in greatest else None,
     )
 
 
@@ -305,6 +326,12 @@ def _inspect_ends(found: _Findings, problem: Problem) -> None:
         if not gap <= JOIN_TOLERANCE:
             text = f"starts {{measured:.3g}} {unit} off the {what} the vehicle has"
             found.add(ViolationKind.START, gap, JOIN_TOLERANCE, 0.0, text)
+    heading = trajectory.headings_at(np.array([trajectory.start_s]))
+    if heading is not None and problem.start_turning is not None:
+        gap = abs(math.remainder(float(heading[0]) - problem.start_turning.yaw_rad, 2.0 * math.pi))
+        if not gap <= JOIN_TOLERANCE:
+            text = "starts {measured:.3g} rad off the heading the vehicle has"
+            found.add(ViolationKind.START, gap, JOIN_TOLERANCE, 0.0, text)
     end = float(trajectory.segments)
     if problem.end_position_m is not None:
         gap = float(np.abs(last.position_m - problem.end_position_m).max())
@@ -342,14 +369,13 @@ def _length_m(velocity: Float[np.ndarray, "piece 3 3"], interval_s: float) -> fl
 
 def _diverged(trajectory: Trajectory, problem: Problem) -> GateReport:
     """The report of a curve whose numbers mean nothing."""
-    farthest = float(np.abs(trajectory.control_points_m - problem.workspace.box_min_m).max())
+    farthest, limit = float(np.abs(trajectory.control_points_m - problem.workspace.box_min_m).max()), FAR_M
+    text = f"reaches {farthest:.3g} m: the solve diverged"
+    if farthest < FAR_M and trajectory.heading_control_rad is not None:
+        farthest, limit = float(np.abs(trajectory.heading_control_rad).max()), FARTHEST_RAD
+        text = f"turns to {farthest:.3g} rad: the solve diverged"
     violation = Violation(
-        ViolationKind.DIVERGED,
-        farthest,
-        FAR_M,
-        trajectory.start_s,
-        trajectory.control_points_m[0],
-        f"reaches {farthest:.3g} m: the solve diverged",
+        ViolationKind.DIVERGED, farthest, limit, trajectory.start_s, trajectory.control_points_m[0], text
     )
     infinite = float("inf")
     return GateReport(

@@ -8,11 +8,12 @@ import numpy as np
 from jaxtyping import Float
 
 from planner import gate
-from planner.kernel_metric import metric_of_places
+from planner.kernel_metric import metric_of
 from planner.plan import Candidate
 from planner.problem import Covered, Metric, Options, Problem
 from planner.spectral_metric import mean_basis, mode_weights
 from planner.trajectory import Samples, Trajectory
+from planner.yaw import along_travel
 
 # Samples on each segment when a metric is reported.
 REPORT_SAMPLES = 4
@@ -29,20 +30,25 @@ class Judge:
         self._modes = options.modes
         self._target = problem.information.coefficients(options.modes)
         self._weights = mode_weights(options.modes, options.metric_weights)
-        self._of_places = (
-            eqx.filter_jit(metric_of_places(problem, options)) if options.metric is Metric.KERNEL else None
-        )
+        self._by_kernel = eqx.filter_jit(metric_of(problem, options)) if options.metric is Metric.KERNEL else None
+        self._of_poses = options.explores_headings
 
-    def ergodic_metric(self, position_m: Float[np.ndarray, "time 3"]) -> float:
+    def ergodic_metric(
+        self, position_m: Float[np.ndarray, "time 3"], heading_rad: Float[np.ndarray, "time"] | None = None
+    ) -> float:
         """E of a path that takes the problem's time, with what was covered before.
 
         Args:
             position_m: Positions at equally long moments, shape (time, 3), metres.
+            heading_rad: Headings at those moments, which count where headings are explored; None: the direction of
+                travel, of a vehicle that turns as fast as it likes.
         """
         problem = self._problem
         unit = problem.workspace.unit_from_enu(position_m)
-        if self._of_places is not None:
-            return float(self._of_places(jnp.asarray(unit, jnp.float32), jnp.full(len(unit), 1.0 / len(unit))))
+        if self._by_kernel is not None:
+            if self._of_poses:
+                unit = np.column_stack([unit, along_travel(position_m) if heading_rad is None else heading_rad])
+            return float(self._by_kernel(jnp.asarray(unit, jnp.float32), jnp.full(len(unit), 1.0 / len(unit))))
         mean = mean_basis(unit, np.full(len(unit), 1.0 / len(unit)), self._modes)
         covered: Covered | None = problem.covered
         if covered is not None:
@@ -53,7 +59,7 @@ class Judge:
     def candidate(self, trajectory: Trajectory, seed_pattern: str) -> Candidate:
         """The curve with its metric, its cost and the gate's report."""
         samples = at_middles(trajectory)
-        metric = self.ergodic_metric(samples.position_m)
+        metric = self.ergodic_metric(samples.position_m, trajectory.headings_at(samples.time_s))
         effort = float(
             np.mean(np.sum(samples.acceleration_mps2**2, axis=1)) / self._problem.limits.max_acceleration_mps2**2
         )

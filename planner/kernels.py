@@ -25,6 +25,9 @@ Departures from SVES:
 2. The Markov kernel is a mean over its pairs and not their sum: k(x, x) stays near one, and the step size does not
    depend on the number of knots.
 3. h follows the set (`median/log(N + 1)`), counts as a constant in the gradient, and has a floor.
+4. A heading that is planned with the path (the last axis, in turns) is compared on a circle whose circumference is the
+   length of the box: a quarter turn apart is a quarter of the box apart, and a whole turn is none. Repulsion is taken
+   along that circle.
 """
 
 from __future__ import annotations
@@ -47,16 +50,19 @@ BANDWIDTH_TIMES = 16
 Terms = tuple[Float[Array, "particle particle"], Float[Array, "particle knot axis"]]
 
 
-def kernel_terms(kernel: Kernel, particles: Float[Array, "particle knot axis"]) -> Terms:
+def kernel_terms(kernel: Kernel, particles: Float[Array, "particle knot axis"], *, wraps: bool = False) -> Terms:
     """Gram matrix and repulsion of a set.
 
     Args:
         kernel: Which kernel; resolved when the caller is traced.
         particles: Shape (particle, knot, axis), unit cube.
+        wraps: Whether the last axis is a heading, in turns.
 
     Returns:
         `gram`, shape (particle, particle): k(x_i, x_j); `repulsion`, shape of the particles: Σ_i ∇_{x_i} k(x_i, x_j).
     """
+    if wraps:
+        return _terms_on_circle(kernel, particles)
     count = particles.shape[0]
     match kernel:
         case Kernel.RBF:
@@ -71,6 +77,17 @@ def kernel_terms(kernel: Kernel, particles: Float[Array, "particle knot axis"]) 
             return jnp.ones((count, count), particles.dtype), jnp.zeros_like(particles)
         case Kernel.SIGNATURE:
             return signature_terms(particles)
+
+
+def _terms_on_circle(kernel: Kernel, particles: Float[Array, "particle knot axis"]) -> Terms:
+    """The terms of candidates whose heading is a place on a circle."""
+    angle = 2.0 * jnp.pi * particles[..., -1:]
+    east, north = jnp.cos(angle), jnp.sin(angle)
+    circle = jnp.concatenate([east, north], axis=-1) / (2.0 * jnp.pi)
+    gram, repulsion = kernel_terms(kernel, jnp.concatenate([particles[..., :-1], circle], axis=-1))
+    # A turn moves a place on the circle by its circumference, one.
+    along = east * repulsion[..., -1:] - north * repulsion[..., -2:-1]
+    return gram, jnp.concatenate([repulsion[..., :-2], along], axis=-1)
 
 
 def median_bandwidth(squared_distance: Float[Array, "*batch particle particle"], floor: float) -> Float[Array, ""]:

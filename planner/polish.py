@@ -22,7 +22,7 @@ STEIN_STEPS = 60
 # The Stein phase may cut corners; the polish makes them good.
 STEIN_PENALTY = 0.1
 
-Particles = Float[np.ndarray, "particle free 3"]
+Particles = Float[np.ndarray, "particle free axis"]
 
 
 @dataclasses.dataclass(frozen=True)
@@ -82,22 +82,23 @@ def polished(
 
 @eqx.filter_jit
 def _explore(
-    scene: Scene, particles: Float[Array, "particle free 3"], smooth: Array, key: Array, kernel: Kernel
-) -> Float[Array, "particle free 3"]:
+    scene: Scene, particles: Float[Array, "particle free axis"], smooth: Array, key: Array, kernel: Kernel
+) -> Float[Array, "particle free axis"]:
     reference = jax.vmap(lambda free: augmented_lagrangian.init(scene, free).reference)(particles)
 
     def score(free: Array, reference: Array) -> Array:
         return -jax.grad(lambda free: augmented_lagrangian.penalised(scene, free, reference, STEIN_PENALTY))(free)
 
     def body(state: stein.State, _: None) -> tuple[stein.State, None]:
-        return stein.step(state, jax.vmap(score)(state.particles, reference), kernel, smooth, STEIN_STEPS), None
+        scores = jax.vmap(score)(state.particles, reference)
+        return stein.step(state, scores, kernel, smooth, STEIN_STEPS, wraps=scene.has_headings), None
 
     state, _ = jax.lax.scan(body, stein.init(stein.separated(particles, key)), None, length=STEIN_STEPS)
     return state.particles
 
 
 @eqx.filter_jit
-def _begin(scene: Scene, particles: Float[Array, "particle free 3"]) -> augmented_lagrangian.State:
+def _begin(scene: Scene, particles: Float[Array, "particle free axis"]) -> augmented_lagrangian.State:
     return jax.vmap(lambda free: augmented_lagrangian.init(scene, free))(particles)
 
 

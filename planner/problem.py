@@ -11,7 +11,7 @@ from jaxtyping import Float
 from planner.effort import Search
 from planner.information import DensityGrid
 from planner.obstacles import ObstacleField
-from planner.trajectory import Motion
+from planner.trajectory import Motion, Turning
 from planner.workspace import Workspace
 
 
@@ -60,10 +60,13 @@ class Covered:
     Attributes:
         mean_basis: Time average of the basis functions F_k over the flown path, shape of `modes`.
         duration_s: Time flown.
+        poses: Places (unit cube) and headings (radians) on the way, each for the same time, shape (sample, 4): what a
+            metric of poses remembers; None: only places are known.
     """
 
     mean_basis: Float[np.ndarray, "k0 k1 k2"]
     duration_s: float
+    poses: Float[np.ndarray, "sample 4"] | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -83,6 +86,7 @@ class Problem:
         fence_polygon_m: Shape (corner, 2): paths stay inside it; None: only the box holds them.
         covered: What was flown before; None: nothing.
         max_length_m: Bound on the length of the path; infinite: none.
+        start_turning: Heading at the first moment, where it is planned too; None: as it suits.
         search: Where the information comes from when it is a search effort, which changes with what was searched and
             what is left; None: the information stays as it is.
 
@@ -103,6 +107,7 @@ class Problem:
     covered: Covered | None = None
     search: Search | None = None
     max_length_m: float = float("inf")
+    start_turning: Turning | None = None
 
     def __post_init__(self) -> None:
         if not self.max_length_m > 0.0:
@@ -143,6 +148,13 @@ class Metric(enum.Enum):
     KERNEL = "kernel"
 
 
+class HeadingRule(enum.Enum):
+    """Where the nose points: where the vehicle goes, or planned with the path so that every place is seen all round."""
+
+    TRAVEL = "travel"
+    EXPLORED = "explored"
+
+
 class MetricWeights(enum.Enum):
     """The convention of the spectral weights Λ_k (see `planner.spectral_metric`)."""
 
@@ -166,25 +178,35 @@ class Options:
         modes: Basis functions per axis; 1 leaves an axis out of the metric.
         kernel: How candidates repel each other.
         metric: What measures ergodicity.
+        heading: Whether the heading is planned with the path; only the kernel metric measures poses.
         metric_weights: Convention of the spectral weights.
         method: The product's own optimiser, or the paper's recipe.
         time_step_s: Time between the samples of the metric; None: chosen from the duration.
         seed: Of every random number.
 
     Raises:
-        ValueError: A count below one, or a time step that is not positive.
+        ValueError: A count below one, a time step that is not positive, or a heading to explore without a metric of
+            poses.
     """
 
     candidates: int = 8
     modes: tuple[int, int, int] = (8, 8, 4)
     kernel: Kernel = Kernel.MARKOV
     metric: Metric = Metric.SPECTRAL
+    heading: HeadingRule = HeadingRule.TRAVEL
     metric_weights: MetricWeights = MetricWeights.LINEAR
     method: Method = Method.DEFAULT
     time_step_s: float | None = None
     seed: int = 0
 
+    @property
+    def explores_headings(self) -> bool:
+        """Whether places and headings are explored together."""
+        return self.heading is HeadingRule.EXPLORED
+
     def __post_init__(self) -> None:
+        if self.explores_headings and self.metric is not Metric.KERNEL:
+            raise ValueError(f"headings are explored by Metric.KERNEL alone, got {self.metric}: use that metric")
         if self.candidates < 1:
             raise ValueError(f"candidates must be at least 1, got {self.candidates}")
         if min(self.modes) < 1 or max(self.modes) < 2:

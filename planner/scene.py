@@ -3,12 +3,15 @@
 Candidates are optimised through their free control points. The first three are given by the start's motion and the last
 three coincide (the curve ends at rest), so what is free is the inside and, where no end is asked for, the end.
 
-| symbol | identifier           | unit | shape              |
-|--------|----------------------|------|--------------------|
-| P_j    | `control_points()`   | unit | control 3          |
-| x_t    | `positions()`        | unit | time 3             |
-| h      | `knot_interval_s`    | s    |                    |
-| g_i    | `constraints()`      | 1    | constraint; ≤ 0 ok |
+Where headings are explored, a fourth column is the heading in turns, counted on beyond one: a turn weighs as much as
+the length of the box, in steps, noise and kernels alike.
+
+| symbol | identifier           | unit         | shape              |
+|--------|----------------------|--------------|--------------------|
+| P_j    | `control_points()`   | unit (, turn)| control axis       |
+| x_t    | `positions()`        | unit (, turn)| time axis          |
+| h      | `knot_interval_s`    | s            |                    |
+| g_i    | `constraints()`      | 1            | constraint; ≤ 0 ok |
 """
 
 from __future__ import annotations
@@ -19,12 +22,12 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from planner.kernel_metric import KernelMetric, metric_of_places
+from planner.kernel_metric import KernelMetric, metric_of
 from planner.obstacles import ObstacleField
 from planner.polygon import KeepIn
 from planner.problem import Metric, Options, Problem
 from planner.spectral_metric import SpectralMetric
-from planner.trajectory import BLEND, Trajectory, control_points_at_start
+from planner.trajectory import BLEND, Trajectory, Turning, control_points_at_start, heading_control_at_start
 
 # The optimiser aims inside every limit, so that what multipliers leave over still passes the gate.
 LIMIT_SHARE = 0.985
@@ -36,6 +39,8 @@ KNOTS_PER_HALF_WAVE = 3.0
 # Of flying hard all the time, as a share of the metric.
 TURNING_WEIGHT = 1e-3
 CLIMBING_WEIGHT = 0.05
+YAWING_WEIGHT = 1e-3
+TURN_RAD = 2.0 * np.pi
 # One number for the whole path has to weigh as much as what each of its pieces has to keep.
 LENGTH_WEIGHT = 20.0
 # Below this share of full speed turning too fast counts for less: at standstill it is nothing over nothing.
@@ -44,6 +49,8 @@ SLOW_TURN_SHARE = 0.1
 # apart is kept; and firmly from the first round, as a path that was let to turn on the spot does not find back.
 TURN_KNOTS = (2, 4)
 TURN_WEIGHT = 10.0
+LEAD_IN = np.arange(-3.0, 0.0).astype(np.float32)
+"""Where a heading is free at the start, the first three control points lead to it at the rate of its first step."""
 _TURN_PLACES = np.arange(4) / 4.0
 _RATES = np.stack([0.0 * _TURN_PLACES, 1.0 + 0.0 * _TURN_PLACES, 2.0 * _TURN_PLACES, 3.0 * _TURN_PLACES**2], axis=1)
 _RATES = (_RATES @ BLEND).astype(np.float32)
@@ -64,7 +71,8 @@ class Scene(eqx.Module):
         lengths_m: Lengths of the box, metres.
         first: The first three control points, unit cube.
         end: Where to end, unit cube.
-        end_is_fixed: 1 where the end is asked for, else 0.
+        end_is_fixed: 1 where the end is asked for, else 0; of each axis where headings are explored.
+        first_heading_is_fixed: 1 where the heading at the start is given, else 0: it begins as it goes on.
         knot_interval_s: h.
         max_speed_mps: Drawn in.
         max_climb_mps: Drawn in.
@@ -72,6 +80,7 @@ class Scene(eqx.Module):
         max_acceleration_mps2: Drawn in.
         max_jerk_mps3: Drawn in; infinite: no limit.
         max_turn_rate_radps: Drawn in; infinite: no limit.
+        max_yaw_rate_turns_per_s: Drawn in; of a heading that is explored.
         max_length_m: Drawn in; infinite: no limit.
         obstacles: Signed distances.
         fence: Signed distance to the polygon that holds the flight.
@@ -80,14 +89,16 @@ class Scene(eqx.Module):
         slack_m: That allowance alone.
         samples_per_segment: Samples of the curve on each segment.
         turns_are_limited: Whether there is a turn rate to keep: without one nothing is spent on it.
+        has_headings: Whether headings are explored.
     """
 
     metric: SpectralMetric | KernelMetric
     origin_m: Float[Array, "3"]
     lengths_m: Float[Array, "3"]
-    first: Float[Array, "3 3"]
-    end: Float[Array, "3"]
-    end_is_fixed: Float[Array, ""]
+    first: Float[Array, "3 axis"]
+    end: Float[Array, "axis"]
+    end_is_fixed: Float[Array, "*axis"]
+    first_heading_is_fixed: Float[Array, ""]
     knot_interval_s: Float[Array, ""]
     max_speed_mps: Float[Array, ""]
     max_climb_mps: Float[Array, ""]
@@ -95,6 +106,7 @@ class Scene(eqx.Module):
     max_acceleration_mps2: Float[Array, ""]
     max_jerk_mps3: Float[Array, ""]
     max_turn_rate_radps: Float[Array, ""]
+    max_yaw_rate_turns_per_s: Float[Array, ""]
     max_length_m: Float[Array, ""]
     obstacles: ObstacleField
     fence: KeepIn
@@ -102,24 +114,36 @@ class Scene(eqx.Module):
     slack_m: Float[Array, ""]
     samples_per_segment: int = eqx.field(static=True)
     turns_are_limited: bool = eqx.field(static=True)
+    has_headings: bool = eqx.field(static=True)
 
-    def control_points(self, free: Float[Array, "free 3"]) -> Float[Array, "control 3"]:
+    def control_points(self, free: Float[Array, "free axis"]) -> Float[Array, "control axis"]:
         """All control points of a candidate, unit cube."""
         end = jnp.where(self.end_is_fixed > 0.0, self.end, free[-1])
-        return jnp.concatenate([self.first, free[:-1], jnp.broadcast_to(end, (3, 3))])
+        first = self.first
+        if self.has_headings:
+            given = self.first_heading_is_fixed > 0.0
+            led_in = free[0, 3] + (free[1, 3] - free[0, 3]) * LEAD_IN
+            first = first.at[:, 3].set(jnp.where(given, first[:, 3], led_in))
+        return jnp.concatenate([first, free[:-1], jnp.broadcast_to(end, (3, *end.shape))])
 
-    def positions(self, control: Float[Array, "control 3"]) -> Float[Array, "time 3"]:
+    def positions(self, control: Float[Array, "control axis"]) -> Float[Array, "time axis"]:
         """The curve at the middle of equal pieces of each segment, unit cube."""
         return sample_uniform(control, self.samples_per_segment)
 
     def constraints(
-        self, control: Float[Array, "control 3"], positions: Float[Array, "time 3"]
+        self, control: Float[Array, "control axis"], positions: Float[Array, "time axis"]
     ) -> Float[Array, "constraint"]:
         """Every hard condition as a dimensionless number that must not be positive.
 
-        Box, speed, climb, descent, acceleration, jerk and length are conditions on control points, which imply them on
-        the curve (`planner.trajectory`); clearance, the fence and the turn rate are taken at samples.
+        Box, speed, climb, descent, acceleration, jerk, length and the heading's rate are conditions on control points,
+        which imply them on the curve (`planner.trajectory`); clearance, the fence and the turn rate are taken at
+        samples.
         """
+        turns = [self._turns(control[:, :3] * self.lengths_m)] if self.turns_are_limited else []
+        if self.has_headings:
+            rate = jnp.diff(control[:, 3])[2:] / self.knot_interval_s
+            turns.append((rate / self.max_yaw_rate_turns_per_s) ** 2 - 1.0)
+            control, positions = control[:, :3], positions[:, :3]
         metres = control * self.lengths_m
         # The polygon of the control points is never shorter than the curve.
         length = jnp.sum(jnp.sqrt(jnp.sum(jnp.diff(metres, axis=0) ** 2, axis=-1) + 1e-12))
@@ -133,7 +157,6 @@ class Scene(eqx.Module):
         clearance = (self.keep_out_m - self.obstacles.distance(places)) / step_m
         fence = (self.slack_m - self.fence.distance(places[:, :2])) / step_m
         up = velocity[:, 2]
-        turns = [self._turns(metres)] if self.turns_are_limited else []
         return jnp.concatenate(
             [
                 *turns,
@@ -167,26 +190,32 @@ class Scene(eqx.Module):
             too_fast.append((jnp.cos(angle) * (size - slow) - jnp.sum(before * after, axis=-1)) / size)
         return TURN_WEIGHT * jnp.concatenate(too_fast)
 
-    def ergodic_metric(self, positions: Float[Array, "time 3"]) -> Float[Array, ""]:
+    def ergodic_metric(self, positions: Float[Array, "time axis"]) -> Float[Array, ""]:
         """E of a candidate (with what was covered before)."""
         count = positions.shape[0]
+        if self.has_headings:
+            positions = positions * np.array([1.0, 1.0, 1.0, TURN_RAD], np.float32)
         return self.metric(positions, jnp.full(count, 1.0 / count, positions.dtype))
 
-    def effort(self, control: Float[Array, "control 3"]) -> Float[Array, ""]:
+    def effort(self, control: Float[Array, "control axis"]) -> Float[Array, ""]:
         """What flying costs beside covering: time averages of squared acceleration and vertical speed by their limits.
 
         Means and not SVES's sum: with the sum the best path is a straight line. Climbing weighs more than turning, or a
-        path whose altitude is free would wander up and down.
+        path whose altitude is free would wander up and down. A heading that is explored costs its squared rate.
         """
-        metres = control * self.lengths_m
+        metres = control[:, :3] * self.lengths_m
         acceleration = jnp.diff(metres, n=2, axis=0) / (self.knot_interval_s**2 * self.max_acceleration_mps2)
         up = jnp.diff(metres[:, 2]) / self.knot_interval_s
         climbing = jnp.where(up > 0.0, up / self.max_climb_mps, up / self.max_descent_mps)
         turning = jnp.mean(jnp.sum(acceleration**2, axis=-1))
-        return TURNING_WEIGHT * turning + CLIMBING_WEIGHT * jnp.mean(climbing**2)
+        effort = TURNING_WEIGHT * turning + CLIMBING_WEIGHT * jnp.mean(climbing**2)
+        if self.has_headings:
+            yawing = jnp.diff(control[:, 3]) / (self.knot_interval_s * self.max_yaw_rate_turns_per_s)
+            effort = effort + YAWING_WEIGHT * jnp.mean(yawing**2)
+        return effort
 
 
-def sample_uniform(control: Float[Array, "control 3"], samples_per_segment: int) -> Float[Array, "time 3"]:
+def sample_uniform(control: Float[Array, "control axis"], samples_per_segment: int) -> Float[Array, "time axis"]:
     """Points of a spline at the middles of equal pieces of every segment."""
     u = (np.arange(samples_per_segment) + 0.5) / samples_per_segment
     blend = np.stack([np.ones_like(u), u, u**2, u**3], axis=1) @ BLEND
@@ -194,7 +223,7 @@ def sample_uniform(control: Float[Array, "control 3"], samples_per_segment: int)
     pieces = sum(
         blend[None, :, part, None].astype(np.float32) * control[part : part + segments, None, :] for part in range(4)
     )
-    return jnp.asarray(pieces).reshape(segments * samples_per_segment, 3)
+    return jnp.asarray(pieces).reshape(segments * samples_per_segment, control.shape[1])
 
 
 def knots_for(problem: Problem, options: Options) -> tuple[int, int]:
@@ -240,7 +269,7 @@ def scene_of(problem: Problem, options: Options, segments: int, samples_per_segm
                 problem.duration_s,
             )
         case Metric.KERNEL:
-            metric = metric_of_places(problem, options, segments * samples_per_segment)
+            metric = metric_of(problem, options, segments * samples_per_segment)
     workspace, limits = problem.workspace, problem.limits
     interval_s = problem.duration_s / segments
     spacing_m = limits.max_speed_mps * interval_s / samples_per_segment
@@ -251,13 +280,21 @@ def scene_of(problem: Problem, options: Options, segments: int, samples_per_segm
     def single(value: float | np.ndarray) -> Array:
         return jnp.asarray(value, jnp.float32)
 
+    first = workspace.unit_from_enu(control_points_at_start(problem.start, interval_s))
+    end, end_is_fixed = workspace.unit_from_enu(end), np.asarray(problem.end_position_m is not None)
+    if options.explores_headings:
+        heading = heading_control_at_start(problem.start_turning or Turning(0.0), interval_s)
+        first, end = np.column_stack([first, heading / TURN_RAD]), np.append(end, 0.0)
+        end_is_fixed = np.append(np.repeat(end_is_fixed, 3), False)
+
     return Scene(
         metric=metric,
         origin_m=single(workspace.box_min_m),
         lengths_m=single(workspace.lengths_m),
-        first=single(workspace.unit_from_enu(control_points_at_start(problem.start, interval_s))),
-        end=single(workspace.unit_from_enu(end)),
-        end_is_fixed=single(problem.end_position_m is not None),
+        first=single(first),
+        end=single(end),
+        end_is_fixed=single(end_is_fixed),
+        first_heading_is_fixed=single(problem.start_turning is not None),
         knot_interval_s=single(interval_s),
         max_speed_mps=single(LIMIT_SHARE * limits.max_speed_mps),
         max_climb_mps=single(LIMIT_SHARE * limits.max_climb_mps),
@@ -265,6 +302,7 @@ def scene_of(problem: Problem, options: Options, segments: int, samples_per_segm
         max_acceleration_mps2=single(LIMIT_SHARE * limits.max_acceleration_mps2),
         max_jerk_mps3=single(LIMIT_SHARE * limits.max_jerk_mps3),
         max_turn_rate_radps=single(LIMIT_SHARE * limits.max_turn_rate_radps),
+        max_yaw_rate_turns_per_s=single(LIMIT_SHARE * limits.max_yaw_rate_radps / TURN_RAD),
         max_length_m=single(LIMIT_SHARE * problem.max_length_m),
         obstacles=jax.tree.map(single, problem.obstacles),
         fence=jax.tree.map(single, fence),
@@ -272,21 +310,36 @@ def scene_of(problem: Problem, options: Options, segments: int, samples_per_segm
         slack_m=single(slack_m),
         samples_per_segment=samples_per_segment,
         turns_are_limited=bool(np.isfinite(limits.max_turn_rate_radps)),
+        has_headings=options.explores_headings,
     )
 
 
 def free_from_control(
-    control_unit: Float[np.ndarray, "*batch control 3"],
-) -> Float[np.ndarray, "*batch free 3"]:
+    control_unit: Float[np.ndarray, "*batch control axis"],
+) -> Float[np.ndarray, "*batch free axis"]:
     """The free control points of full ones: the inverse of `Scene.control_points`."""
     return np.concatenate([control_unit[..., 3:-3, :], control_unit[..., -1:, :]], axis=-2)
 
 
-def trajectory_of(problem: Problem, free: Float[np.ndarray, "free 3"], start_s: float = 0.0) -> Trajectory:
+def trajectory_of(problem: Problem, free: Float[np.ndarray, "free axis"], start_s: float = 0.0) -> Trajectory:
     """The curve of a candidate in metres and double precision, its given ends exact and its inside in the box."""
     workspace = problem.workspace
     interval_s = problem.duration_s / (free.shape[0] + 2)
-    inside = workspace.enu_from_unit(np.clip(np.asarray(free, dtype=float), 0.0, 1.0))
+    points = np.asarray(free, dtype=float)
+    heading = _heading_control(problem, TURN_RAD * points[:, 3], interval_s) if points.shape[1] > 3 else None
+    inside = workspace.enu_from_unit(np.clip(points[:, :3], 0.0, 1.0))
     end = inside[-1] if problem.end_position_m is None else problem.end_position_m
     first = control_points_at_start(problem.start, interval_s)
-    return Trajectory(np.concatenate([first, inside[:-1], np.tile(end, (3, 1))]), interval_s, start_s)
+    return Trajectory(np.concatenate([first, inside[:-1], np.tile(end, (3, 1))]), interval_s, start_s, heading)
+
+
+def _heading_control(problem: Problem, free_rad: Float[np.ndarray, "free"], interval_s: float) -> np.ndarray:
+    """Control points of a heading; where it turned too fast by what multipliers left over, it turns on less far."""
+    most = (1.0 - 1e-9) * problem.limits.max_yaw_rate_radps * interval_s
+    if problem.start_turning is None:
+        turned = free_rad[0] + np.cumsum(np.clip(np.diff(free_rad, prepend=free_rad[0]), -most, most))
+        first = turned[0] + (turned[1] - turned[0]) * LEAD_IN
+    else:
+        first = heading_control_at_start(problem.start_turning, interval_s)
+        turned = first[-1] + np.cumsum(np.clip(np.diff(free_rad, prepend=first[-1]), -most, most))
+    return np.concatenate([first, turned[:-1], np.repeat(turned[-1], 3)])

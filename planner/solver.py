@@ -8,6 +8,7 @@ so far returns.
 from __future__ import annotations
 
 import dataclasses
+import itertools
 from collections.abc import Callable, Sequence
 
 import numpy as np
@@ -22,8 +23,8 @@ from planner.plan import Candidate, Plan, Status
 from planner.polish import STEIN_STEPS, Particles, Round, explored, polished
 from planner.problem import Method, Options, Problem
 from planner.rerouting import rerouted
-from planner.scene import Scene, free_from_control, knots_for, scene_of, trajectory_of
-from planner.seeds import seed_paths, spline_from_path
+from planner.scene import TURN_RAD, Scene, free_from_control, knots_for, scene_of, trajectory_of
+from planner.seeds import heading_spline, seed_headings, seed_paths, spline_from_path
 from planner.selection import select
 from planner.trajectory import Trajectory
 
@@ -119,6 +120,7 @@ class _Work:
         self.warm = bool(warm)
         self.patterns = ["warm start"] * len(warm)
         paths = [curve.sample(curve.start_s + moments).position_m for curve in warm]
+        flown = [curve.headings_at(curve.start_s + moments) for curve in warm]
         missing = self.options.candidates - len(warm)
         if missing:
             found = seed_paths(self.problem, missing, np.random.default_rng(self.options.seed))
@@ -129,7 +131,13 @@ class _Work:
             paths = [self._levelled(path) for path in paths]
         if self.problem.obstacles.surfaces:
             paths = [self._over_ground(path) for path in paths]
-        return np.stack([self._free_along(path) for path in paths])
+        if not self.options.explores_headings:
+            return np.stack([self._free_along(path) for path in paths])
+        turned = [
+            new if old is None else self._from_the_start(old)
+            for new, old in itertools.zip_longest(seed_headings(paths, self.problem), flown)
+        ]
+        return np.stack([self._free_along(path, heading) for path, heading in zip(paths, turned, strict=True)])
 
     def offer(self, particles: Particles) -> None:
         """Show a set to the gate, and keep of each candidate the better version."""
@@ -202,8 +210,16 @@ class _Work:
         found = np.array(particles)
         for index, refused in enumerate(self.refused):
             if refused and np.isfinite(particles[index]).all():
-                found[index] = self._free_along(rerouted(trajectory_of(self.problem, particles[index]), free))
+                # The way changes, the headings on it (where there are any) stay.
+                found[index, :, :3] = self._free_along(rerouted(trajectory_of(self.problem, particles[index]), free))
         return found
+
+    def _from_the_start(self, heading_rad: Float[np.ndarray, "moment"]) -> Float[np.ndarray, "moment"]:
+        """The same heading, counted in whole turns from the one that the vehicle begins with."""
+        if self.problem.start_turning is None:
+            return heading_rad
+        turns = np.round((self.problem.start_turning.yaw_rad - heading_rad[0]) / TURN_RAD)
+        return heading_rad + TURN_RAD * turns
 
     def _levelled(self, path_m: Float[np.ndarray, "moment 3"]) -> Float[np.ndarray, "moment 3"]:
         start, end = self.problem.start.position_m, self.problem.end_position_m
@@ -217,6 +233,12 @@ class _Work:
         up = np.clip(up, self.problem.workspace.box_min_m[2], self.problem.workspace.box_max_m[2])
         return np.column_stack([path_m[:, :2], up])
 
-    def _free_along(self, path_m: Float[np.ndarray, "moment 3"]) -> Float[np.ndarray, "free 3"]:
+    def _free_along(
+        self, path_m: Float[np.ndarray, "moment 3"], heading_rad: Float[np.ndarray, "moment"] | None = None
+    ) -> Float[np.ndarray, "free axis"]:
         control = spline_from_path(path_m, self.problem, self.segments)
-        return np.clip(free_from_control(self.problem.workspace.unit_from_enu(control)), 0.0, 1.0)
+        free = np.clip(free_from_control(self.problem.workspace.unit_from_enu(control)), 0.0, 1.0)
+        if heading_rad is None:
+            return free
+        turns = heading_spline(heading_rad, self.segments)[:, None] / TURN_RAD
+        return np.concatenate([free, free_from_control(turns)], axis=1)

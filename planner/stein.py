@@ -59,9 +59,11 @@ def direction(
     particles: Float[Array, "particle knot axis"],
     score: Float[Array, "particle knot axis"],
     repulsion_weight: float | Float[Array, ""],
+    *,
+    wraps: bool = False,
 ) -> Float[Array, "particle knot axis"]:
-    """The Stein direction φ of every particle."""
-    gram, repulsion = kernel_terms(kernel, particles)
+    """The Stein direction φ of every particle; `wraps`: whether the last axis is a heading, in turns."""
+    gram, repulsion = kernel_terms(kernel, particles, wraps=wraps)
     attraction = jnp.einsum("ij,ikd->jkd", gram, score)
     return (attraction + repulsion_weight * repulsion) / particles.shape[0]
 
@@ -78,20 +80,25 @@ def step(
     kernel: Kernel,
     smooth: Float[Array, "knot knot"],
     steps: int,
+    *,
+    wraps: bool = False,
 ) -> State:
-    """One annealed step of `steps`."""
+    """One annealed step of `steps`, inside the unit cube; a heading (`wraps`) may turn as far as it likes."""
     progress = state.index / steps
     fading = 0.5 * (1.0 + jnp.cos(jnp.pi * jnp.minimum(progress / REPULSION_SHARE, 1.0)))
     # Scores have no common scale (E is divided by its own size), so repulsion is measured against them.
-    phi = direction(kernel, state.particles, score, 0.0)
-    away = direction(kernel, state.particles, jnp.zeros_like(score), 1.0)
+    phi = direction(kernel, state.particles, score, 0.0, wraps=wraps)
+    away = direction(kernel, state.particles, jnp.zeros_like(score), 1.0, wraps=wraps)
     strength = jnp.linalg.norm(phi) / jnp.maximum(jnp.linalg.norm(away), 1e-12)
     smoothed = jnp.einsum("kl,nld->nkd", smooth, phi + fading * strength * away)
     momentum = MOMENTUM * state.momentum + smoothed
     length = SHORTEST_STEP_UNIT * (LONGEST_STEP_UNIT / SHORTEST_STEP_UNIT) ** (1.0 - progress)
     largest = jnp.max(jnp.abs(momentum), axis=(1, 2), keepdims=True)
     moved = state.particles + length * momentum / jnp.maximum(largest, 1e-20)
-    return State(jnp.clip(moved, 0.0, 1.0), momentum, state.index + 1)
+    inside = jnp.clip(moved, 0.0, 1.0)
+    if wraps:
+        inside = inside.at[..., -1].set(moved[..., -1])
+    return State(inside, momentum, state.index + 1)
 
 
 def sves_step(
@@ -99,9 +106,11 @@ def sves_step(
     score: Float[Array, "particle knot axis"],
     kernel: Kernel,
     step_size: float,
+    *,
+    wraps: bool = False,
 ) -> Float[Array, "particle knot axis"]:
     """The paper's own step, x ← x + εφ (SVES Alg. 1)."""
-    return particles + step_size * direction(kernel, particles, score, 1.0)
+    return particles + step_size * direction(kernel, particles, score, 1.0, wraps=wraps)
 
 
 def separated(

@@ -31,7 +31,7 @@ CHUNKS = 10
 STEPS_PER_CHUNK = 50
 
 
-def loss(scene: Scene, free: Float[Array, "free 3"]) -> Float[Array, ""]:
+def loss(scene: Scene, free: Float[Array, "free axis"]) -> Float[Array, ""]:
     """L = E + 15·mean‖Δx‖² + mean of the squared broken constraints, in the unit cube."""
     control = scene.control_points(free)
     positions = scene.positions(control)
@@ -61,10 +61,12 @@ def descended(scene: Scene, seeds: Particles, kernel: Kernel, out_of_time: Calla
 
 
 @eqx.filter_jit
-def _chunk(scene: Scene, particles: Float[Array, "particle free 3"], kernel: Kernel) -> Float[Array, "particle free 3"]:
+def _chunk(
+    scene: Scene, particles: Float[Array, "particle free axis"], kernel: Kernel
+) -> Float[Array, "particle free axis"]:
     def body(particles: Array, _: None) -> tuple[Array, None]:
         score = -INVERSE_TEMPERATURE * jax.vmap(jax.grad(lambda free: loss(scene, free)))(particles)
-        return stein.sves_step(particles, score, kernel, STEP_SIZE), None
+        return stein.sves_step(particles, score, kernel, STEP_SIZE, wraps=scene.has_headings), None
 
     particles, _ = jax.lax.scan(body, particles, None, length=STEPS_PER_CHUNK)
     return particles

@@ -5,11 +5,13 @@
 | P_j    | `control_points_m`   | m    | control 3           |
 | h      | `knot_interval_s`    | s    |                     |
 | x(t)   | `Samples.position_m` | m    | time 3              |
+| ψ(t)   | `headings_at()`      | rad  | time                |
 
 With segments j = 0 … n−4 and u = (t − t0)/h − j in [0, 1], the curve is the cubic blend of P_j … P_{j+3}. It is twice
 continuously differentiable; velocity lies in the hull of (P_{j+1} − P_j)/h, and acceleration is linear between the
 knots, where it equals (P_j − 2P_{j+1} + P_{j+2})/h². So limits on differences of control points are limits on the
-curve, and a curve can be joined to any position, velocity and acceleration (`control_points_at_start`).
+curve, and a curve can be joined to any position, velocity and acceleration (`control_points_at_start`). A heading that
+is planned with the path is a spline of the same kind, over the same knots.
 """
 
 from __future__ import annotations
@@ -55,6 +57,19 @@ class Motion:
 
 
 @dataclasses.dataclass(frozen=True)
+class Turning:
+    """Where the nose points at one moment, and how fast it turns.
+
+    Attributes:
+        yaw_rad: Counter-clockwise from east.
+        yaw_rate_radps: Its rate.
+    """
+
+    yaw_rad: float
+    yaw_rate_radps: float = 0.0
+
+
+@dataclasses.dataclass(frozen=True)
 class Samples:
     """A curve at moments in time, local ENU.
 
@@ -79,14 +94,18 @@ class Trajectory:
         control_points_m: Shape (control, 3), at least four.
         knot_interval_s: Time between knots, positive.
         start_s: Time of the curve's first point.
+        heading_control_rad: Control points of a heading that is planned with the path, counter-clockwise from east,
+            without jumps of whole turns, shape (control,); None: the vehicle looks where it goes (`planner.yaw`).
 
     Raises:
-        ValueError: Fewer than four control points, a number that is not finite, or a non-positive interval.
+        ValueError: Fewer than four control points, a number that is not finite, a non-positive interval, or a heading
+            of another size.
     """
 
     control_points_m: Float[np.ndarray, "control 3"]
     knot_interval_s: float
     start_s: float = 0.0
+    heading_control_rad: Float[np.ndarray, "control"] | None = None
 
     def __post_init__(self) -> None:
         points = np.asarray(self.control_points_m, dtype=float)
@@ -97,6 +116,13 @@ class Trajectory:
         if not (np.isfinite(self.knot_interval_s) and self.knot_interval_s > 0.0):
             raise ValueError(f"knot_interval_s must be positive, got {self.knot_interval_s}")
         object.__setattr__(self, "control_points_m", points)
+        if self.heading_control_rad is not None:
+            heading = np.asarray(self.heading_control_rad, dtype=float)
+            if heading.shape != (points.shape[0],):
+                raise ValueError(f"a heading needs a control point for each of the path's, got {heading.shape}")
+            if not np.isfinite(heading).all():
+                raise ValueError("a heading's control points must be finite: the solve diverged, do not fly this")
+            object.__setattr__(self, "heading_control_rad", heading)
 
     @property
     def segments(self) -> int:
@@ -123,9 +149,8 @@ class Trajectory:
             The samples, at the times asked for.
         """
         time = np.atleast_1d(np.asarray(time_s, dtype=float))
-        parameter = np.clip((time - self.start_s) / self.knot_interval_s, 0.0, self.segments)
-        segment = np.minimum(parameter.astype(int), self.segments - 1)
-        u = (parameter - segment)[:, None]
+        segment, part = self._places(time)
+        u = part[:, None]
         window = self.control_points_m[segment[:, None] + np.arange(4)]
         coefficients = np.einsum("pc,tcd->ptd", BLEND, window)
         inside = ((time >= self.start_s) & (time <= self.end_s))[:, None]
@@ -136,6 +161,37 @@ class Trajectory:
             velocity_mps=np.where(inside, (c1 + u * (2.0 * c2 + 3.0 * u * c3)) / self.knot_interval_s, 0.0),
             acceleration_mps2=np.where(inside, (2.0 * c2 + 6.0 * u * c3) / self.knot_interval_s**2, 0.0),
         )
+
+    def headings_at(self, time_s: Float[np.ndarray, "time"]) -> Float[np.ndarray, "time"] | None:
+        """The heading that is planned with the path, radians; before the start and after the end it stays.
+
+        Args:
+            time_s: Shape (time,).
+
+        Returns:
+            Counter-clockwise from east, without jumps of whole turns; None: the vehicle looks where it goes.
+        """
+        if self.heading_control_rad is None:
+            return None
+        segment, u = self._places(np.atleast_1d(np.asarray(time_s, dtype=float)))
+        c0, c1, c2, c3 = BLEND @ self.heading_control_rad[segment[:, None] + np.arange(4)].T
+        return c0 + u * (c1 + u * (c2 + u * c3))
+
+    def from_knot(self, knot: int) -> Trajectory:
+        """The rest of the curve from a knot on, which is not its last."""
+        heading = self.heading_control_rad
+        return Trajectory(
+            self.control_points_m[knot:],
+            self.knot_interval_s,
+            self.start_s + knot * self.knot_interval_s,
+            None if heading is None else heading[knot:],
+        )
+
+    def _places(self, time_s: Float[np.ndarray, "time"]) -> tuple[np.ndarray, np.ndarray]:
+        """The segment that each moment lies on, and the place there, 0 … 1."""
+        parameter = np.clip((time_s - self.start_s) / self.knot_interval_s, 0.0, self.segments)
+        segment = np.minimum(parameter.astype(int), self.segments - 1)
+        return segment, parameter - segment
 
     def motion_at(self, time_s: float) -> Motion:
         """The state of motion at one moment, from which another curve can be continued."""
@@ -169,6 +225,11 @@ def control_points_at_start(motion: Motion, knot_interval_s: float) -> Float[np.
     mean = 3.0 * motion.position_m - 2.0 * middle
     step = knot_interval_s * motion.velocity_mps
     return np.stack([mean - step, middle, mean + step])
+
+
+def heading_control_at_start(turning: Turning, knot_interval_s: float) -> Float[np.ndarray, "3"]:
+    """The first three control points of a heading that begins as the vehicle turns, its rate at first constant."""
+    return turning.yaw_rad + knot_interval_s * turning.yaw_rate_radps * np.array([-1.0, 0.0, 1.0])
 
 
 def interpolating(

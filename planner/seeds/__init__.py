@@ -1,7 +1,8 @@
 """Paths to start from, and the splines that follow them."""
 
 from planner.seeds.drawing import Pattern
+from planner.seeds.facing import seed_headings
 from planner.seeds.seed_set import SeedPath, seed_paths
-from planner.seeds.spline import spline_from_path
+from planner.seeds.spline import heading_spline, spline_from_path
 
-__all__ = ["Pattern", "SeedPath", "seed_paths", "spline_from_path"]
+__all__ = ["Pattern", "SeedPath", "heading_spline", "seed_headings", "seed_paths", "spline_from_path"]

@@ -10,6 +10,22 @@ from planner.problem import Problem
 from planner.trajectory import control_points_at_start
 
 
+def heading_spline(heading_rad: Float[np.ndarray, "moment"], segments: int) -> Float[np.ndarray, "control"]:
+    """Control points of the spline that follows a heading over the problem's duration.
+
+    Args:
+        heading_rad: At equal times, from the start to the end, without jumps of whole turns.
+        segments: Pieces of the spline.
+
+    Returns:
+        Shape (segments + 3,): the first three go on as it begins, the last three coincide.
+    """
+    moments = np.linspace(0.0, len(heading_rad) - 1.0, segments + 1)
+    inside = np.interp(moments, np.arange(len(heading_rad)), heading_rad)[2:-2]
+    first = inside[0] + (inside[1] - inside[0]) * np.arange(-3.0, 0.0)
+    return np.concatenate([first, inside, np.full(3, heading_rad[-1])])
+
+
 def spline_from_path(
     points_m: Float[np.ndarray, "moment 3"], problem: Problem, segments: int
 ) -> Float[np.ndarray, "control 3"]:
