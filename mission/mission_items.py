@@ -6,8 +6,8 @@ import dataclasses
 import enum
 import math
 
-from mission.plan_file import PlanFile
-from sim_bridge.frames import geodetic_from_enu
+from mission.plan_file import PlanFile, PlannedWaypoint
+from sim_bridge.frames import geodetic_from_enu, yaw_ned_from_enu
 from sim_bridge.state import GeodeticPoint, Vector
 
 SLOWEST_MPS = 0.2
@@ -113,7 +113,7 @@ def mission_items(plan: PlanFile) -> tuple[MissionItem, ...]:
         if not abs(wanted - in_force) <= SPEED_STEP * in_force:
             items.append(pace(wanted))
             in_force = wanted
-        items.append(at(Command.WAYPOINT, waypoint.position_enu_m, (0.0, radius_m, 0.0, None)))
+        items.append(at(Command.WAYPOINT, waypoint.position_enu_m, (0.0, radius_m, 0.0, _yaw_deg(waypoint))))
     match plan.flight.end:
         case "return":
             items.append(MissionItem(Command.RETURN_TO_LAUNCH, NOT_A_PLACE, (0.0, 0.0, 0.0, 0.0)))
@@ -126,3 +126,10 @@ def mission_items(plan: PlanFile) -> tuple[MissionItem, ...]:
             "duration_s, or fly it with --mode offboard"
         )
     return tuple(items)
+
+
+def _yaw_deg(waypoint: PlannedWaypoint) -> float | None:
+    """Clockwise from north, where it was planned; None: the autopilot looks where it goes."""
+    if waypoint.yaw_enu_rad is None:
+        return None
+    return round(math.degrees(yaw_ned_from_enu(waypoint.yaw_enu_rad)) % 360.0, 1)

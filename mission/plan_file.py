@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal, NoReturn
 
 import numpy as np
-from pydantic import BaseModel, ConfigDict, Field, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from mission.findings import Finding, InputError
 from planner.trajectory import Samples, Trajectory
@@ -48,19 +48,34 @@ class Spline(Record):
     control_points_enu_m: Annotated[list[Vector], Field(min_length=4)]
     knot_interval_s: Annotated[float, Field(gt=0.0)]
     start_s: float
+    heading_control_enu_rad: list[float] | None = None
+    """Of a heading that was planned, one for each of the path's; null: the vehicle looks where it goes."""
 
     @classmethod
     def of(cls, trajectory: Trajectory) -> Spline:
         """The curve's own numbers, none lost."""
+        heading = trajectory.heading_control_rad
         return cls(
             control_points_enu_m=trajectory.control_points_m.tolist(),
             knot_interval_s=float(trajectory.knot_interval_s),
             start_s=float(trajectory.start_s),
+            heading_control_enu_rad=None if heading is None else heading.tolist(),
         )
+
+    @model_validator(mode="after")
+    def _fits_together(self) -> Spline:
+        self.trajectory()
+        return self
 
     def trajectory(self) -> Trajectory:
         """The curve."""
-        return Trajectory(np.array(self.control_points_enu_m), self.knot_interval_s, self.start_s)
+        heading = self.heading_control_enu_rad
+        return Trajectory(
+            np.array(self.control_points_enu_m),
+            self.knot_interval_s,
+            self.start_s,
+            None if heading is None else np.array(heading),
+        )
 
 
 class SampledTrajectory(Record):
@@ -93,6 +108,8 @@ class PlannedWaypoint(Record):
     longitude_deg: float
     altitude_amsl_m: float
     speed_mps: Annotated[float, Field(ge=0.0)]
+    yaw_enu_rad: float | None = None
+    """Where the nose points there, where that was planned; null: where the vehicle goes."""
 
 
 class PlannedCandidate(Record):
@@ -146,6 +163,8 @@ class PlannedMetric(Record):
     """Convention of Λ."""
     modes: tuple[int, int, int]
     """K along east, north, up."""
+    heading: Literal["travel", "explored"] = "travel"
+    """Whether headings were explored with the places: then the figures are of both together."""
     ergodic_metric: float
     lawnmower_ergodic_metric: float
     """The best lawnmower of the same length over the same free space."""

@@ -58,7 +58,12 @@ def plan_file_of(planned: Planned) -> PlanFile:
     assert selected is not None
     curve = best.trajectory
     samples = curve.sampled_every(1.0 / mission.flight.stream_rate_hz)
-    yaw = headings(samples.time_s, samples.velocity_mps, problem.limits.max_yaw_rate_radps)
+    yaw = headings(
+        samples.time_s,
+        samples.velocity_mps,
+        problem.limits.max_yaw_rate_radps,
+        planned_rad=curve.headings_at(samples.time_s),
+    )
     return PlanFile(
         name=mission.name,
         origin=Origin(**mission.site.origin.model_dump()),
@@ -86,6 +91,7 @@ def plan_file_of(planned: Planned) -> PlanFile:
             kind=planned.options.metric.value,
             weights=planned.options.metric_weights.value,
             modes=planned.options.modes,
+            heading=planned.options.heading.value,
             ergodic_metric=best.ergodic_metric,
             lawnmower_ergodic_metric=plan.lawnmower_ergodic_metric,
         ),
@@ -113,6 +119,7 @@ def _waypoints(planned: Planned, curve: Trajectory) -> list[PlannedWaypoint]:
     spare_m = spare_in(planned.mission.site, planned.problem.obstacles, planned.problem.keep_out_m)
     for waypoint in waypoints_along(curve, spare_m, tolerance_m=tolerance_m):
         place = geodetic_from_enu(waypoint.position_enu_m, origin)
+        heading = curve.headings_at(np.array([waypoint.time_s]))
         found.append(
             PlannedWaypoint(
                 time_s=waypoint.time_s,
@@ -121,6 +128,7 @@ def _waypoints(planned: Planned, curve: Trajectory) -> list[PlannedWaypoint]:
                 longitude_deg=place.longitude_deg,
                 altitude_amsl_m=place.altitude_amsl_m,
                 speed_mps=waypoint.speed_mps,
+                yaw_enu_rad=None if heading is None else float(heading[0]),
             )
         )
     return found

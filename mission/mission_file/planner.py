@@ -37,6 +37,9 @@ class Planner(Section):
     """How candidates repel each other."""
     metric: Literal["spectral", "kernel"] = "spectral"
     """What measures ergodicity."""
+    heading: Literal["travel", "explored"] = "travel"
+    """Where the nose points: where the vehicle goes, or planned together with the path so that every place of interest
+    is looked at from all sides (an inspection with a camera that looks ahead); the second needs `metric = "kernel"`."""
     metric_weights: Literal["linear", "squared"] = "linear"
     """Convention of the spectral weights: (1+‖k‖)^−(v+1)/2 or (1+‖k‖²)^−(v+1)/2."""
     method: Literal["default", "sves"] = "default"
@@ -56,7 +59,7 @@ class Planner(Section):
         return self.start_enu_m if self.closed_tour else self.end_enu_m
 
     def findings(self) -> Iterator[Finding]:
-        """An end and a sampling given one way, samples fine enough, and modes that measure something."""
+        """An end and a sampling given one way, samples fine enough, and a metric that measures what is asked for."""
         if self.closed_tour and self.end_enu_m not in (None, self.start_enu_m):
             yield Finding("closed_tour", "true", "end_enu_m is another place than start_enu_m: keep one of the two")
         if self.samples is not None and self.time_step_s is not None:
@@ -66,6 +69,12 @@ class Planner(Section):
                 "time_step_s",
                 f"{self.time_step_s:g}",
                 f"at least 8 samples are needed: write at most {self.duration_s / 8.0:g}",
+            )
+        if self.heading == "explored" and self.metric != "kernel":
+            yield Finding(
+                "heading",
+                '"explored"',
+                f'needs a metric of places and headings, got "{self.metric}": write metric = "kernel"',
             )
         if max(self.modes) < 2:
             yield Finding("modes", str(list(self.modes)), "at least one axis must have 2 modes or more: [8, 8, 4]")

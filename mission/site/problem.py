@@ -14,7 +14,7 @@ from mission.site.reachable import reachable, spare_in
 from mission.site.solids import obstacle_field_of
 from planner.effort import Search, detection_rate
 from planner.information import DensityGrid
-from planner.problem import Kernel, Limits, Method, Metric, MetricWeights, Options, Problem
+from planner.problem import HeadingRule, Kernel, Limits, Method, Metric, MetricWeights, Options, Problem
 from planner.trajectory import Motion
 
 
@@ -83,6 +83,7 @@ def options_from_mission(mission: Mission) -> Options:
         modes=planner.modes,
         kernel=Kernel(planner.kernel),
         metric=Metric(planner.metric),
+        heading=HeadingRule(planner.heading),
         metric_weights=MetricWeights(planner.metric_weights),
         method=Method(planner.method),
         time_step_s=mission.time_step_s,

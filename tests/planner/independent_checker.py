@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
 import sys
 from collections.abc import Iterator
 from pathlib import Path
@@ -73,6 +74,7 @@ def check(plan: dict[str, Any], times_finer: int = TIMES_FINER) -> Confirmed:
         *_begins_and_ends(plan, time, position, velocity),
         *_turns(plan, time, yaw),
         *_follows_its_spline(plan, time, position, velocity, acceleration),
+        *_looks_as_planned(plan, time, yaw),
     ]
     return Confirmed(tuple(faults), float(clearance.min(initial=np.inf)), float(speed.max()), float(force.max()))
 
@@ -285,6 +287,30 @@ def _follows_its_spline(
         gap = np.abs(curve(inside, order) - sampled).max()
         if gap > SPLINE_TOLERANCE:
             yield f"{what} are up to {gap:.4g} off the spline in the file"
+
+
+def _looks_as_planned(plan: dict[str, Any], time: np.ndarray, yaw: np.ndarray) -> Iterator[str]:
+    """Of a heading that was planned, its rate between the samples, and that it is what is streamed."""
+    spline = plan.get("spline", {})
+    control, asked = spline.get("heading_control_enu_rad"), plan["problem"]["mission"]["planner"].get("heading")
+    if control is None:
+        if asked == "explored":
+            yield "headings were to be explored, and the file has none that was planned"
+        return
+    interval = spline["knot_interval_s"]
+    knots = spline["start_s"] + (np.arange(len(control) + 4) - 3.0) * interval
+    curve = BSpline(knots, np.array(control), 3)
+    end = np.nextafter(knots[-4], -np.inf)
+    limit = min(
+        math.radians(plan["problem"]["mission"]["vehicle"]["max_yaw_rate_degps"]), plan["limits"]["max_yaw_rate_radps"]
+    )
+    fine = np.linspace(knots[3], end, TIMES_FINER * len(time))
+    rate = np.abs(curve(fine, 1)).max()
+    if rate > limit * (1.0 + ANGLE_TOLERANCE):
+        yield f"the planned heading turns at {rate:.4f} rad/s, limit {limit:.4f}"
+    gap = np.abs(curve(np.clip(time, knots[3], end)) - yaw).max()
+    if gap > ANGLE_TOLERANCE:
+        yield f"the heading is up to {gap:.4g} rad off the one that was planned"
 
 
 def main(arguments: list[str]) -> int:
