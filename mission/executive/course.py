@@ -19,7 +19,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from planner.trajectory import Motion, Trajectory
+from planner.trajectory import Motion, Trajectory, Turning
 from planner.yaw import headings
 from sim_bridge.state import Setpoint, Vector
 
@@ -28,6 +28,8 @@ _SHORTEST_RAMP_S = 0.5
 _NEAREST_STEP_S = 0.1
 # Braking shares the acceleration limit with the curve's own acceleration.
 _BRAKING_SHARE = 0.6
+# A rate that is continued has to pass the gate, whatever rounding did to it.
+_KEPT_RATE_SHARE = 1.0 - 1e-6
 
 
 @dataclasses.dataclass(frozen=True)
@@ -81,15 +83,20 @@ class Heading:
 
 
 def heading_along(
-    trajectory: Trajectory, yaw_rad: float, max_yaw_rate_radps: float, from_s: float | None = None
+    trajectory: Trajectory,
+    yaw_rad: float,
+    max_yaw_rate_radps: float,
+    from_s: float | None = None,
+    arrives_rad: float | None = None,
 ) -> Heading:
-    """The heading that looks where the vehicle goes, no faster than it can turn.
+    """The heading that was planned with a curve, or looks where the vehicle goes; no faster than it can turn.
 
     Args:
         trajectory: The curve.
         yaw_rad: Heading at the beginning.
         max_yaw_rate_radps: Greatest rate of turn.
         from_s: Curve time of the beginning; None: the curve's start.
+        arrives_rad: Where to look at the end, after which it turns as late as it can; None: as on the way.
 
     Returns:
         The heading over the curve.
@@ -98,7 +105,12 @@ def heading_along(
     count = max(2, math.ceil((trajectory.end_s - first_s) / _HEADING_INTERVAL_S) + 1)
     time_s = first_s + np.arange(count) * _HEADING_INTERVAL_S
     velocity = trajectory.sample(time_s).velocity_mps
-    return Heading(first_s, headings(time_s, velocity, max_yaw_rate_radps, start_yaw_rad=yaw_rad))
+    planned = trajectory.headings_at(time_s)
+    if arrives_rad is not None:
+        turns_s = trajectory.end_s - math.pi / max_yaw_rate_radps
+        planned = np.where(time_s < turns_s, np.nan if planned is None else planned, arrives_rad)
+    yaw = headings(time_s, velocity, max_yaw_rate_radps, start_yaw_rad=yaw_rad, planned_rad=planned)
+    return Heading(first_s, yaw)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -161,6 +173,7 @@ class Course:
         max_yaw_rate_radps: float,
         from_s: float | None = None,
         rate: float = 1.0,
+        arrives_rad: float | None = None,
     ) -> Course:
         """Start a curve now, from rest, with the nose where it is.
 
@@ -172,9 +185,10 @@ class Course:
             max_yaw_rate_radps: How fast the nose may turn.
             from_s: Curve time to begin at; None: the curve's start.
             rate: Curve seconds a second, at most one.
+            arrives_rad: Where the nose is to point at the end; None: as on the way.
         """
         first_s = trajectory.start_s if from_s is None else from_s
-        leg = Leg(trajectory, heading_along(trajectory, yaw_rad, max_yaw_rate_radps, first_s))
+        leg = Leg(trajectory, heading_along(trajectory, yaw_rad, max_yaw_rate_radps, first_s, arrives_rad))
         course = cls((leg,), Pace(now_s, first_s, 0.0, 0.0), max_acceleration_mps2, max_yaw_rate_radps)
         if np.linalg.norm(trajectory.motion_at(first_s).velocity_mps) < 1e-3:
             # At rest already: the curve's own start is smooth.
@@ -207,6 +221,17 @@ class Course:
     def motion_at(self, curve_s: float) -> Motion:
         """The motion at full pace at a curve time: what a replan continues from."""
         return self.leg_at(curve_s).trajectory.motion_at(curve_s)
+
+    def turning_at(self, curve_s: float) -> Turning:
+        """The heading at full pace at a curve time: what a replan continues from."""
+        heading = self.leg_at(curve_s).heading
+        turned = heading.at(curve_s + _HEADING_INTERVAL_S) - heading.at(curve_s - _HEADING_INTERVAL_S)
+        fastest = _KEPT_RATE_SHARE * self.max_yaw_rate_radps
+        return Turning(heading.at(curve_s), float(np.clip(turned / (2.0 * _HEADING_INTERVAL_S), -fastest, fastest)))
+
+    def headings_at(self, curve_s: Float[np.ndarray, "time"]) -> Float[np.ndarray, "time"]:
+        """Headings at many curve times."""
+        return np.array([self.leg_at(moment).heading.at(moment) for moment in curve_s.tolist()])
 
     def positions_at(self, curve_s: Float[np.ndarray, "time"]) -> Float[np.ndarray, "time 3"]:
         """Positions at many curve times."""

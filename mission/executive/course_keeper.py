@@ -18,6 +18,7 @@ _CATCH_UP_S = 1.0
 # Each time a vehicle has not kept to its course less is asked of it, down to where drag and lag hardly matter.
 _SLOWER = 0.7
 _SLOWEST = 0.35
+_SAME_PLACE_M = 1e-3
 _LOOK_BACK_S = 2.0
 """A vehicle is that far behind its course at most without anything being wrong, and some more."""
 
@@ -82,8 +83,13 @@ class CourseKeeper:
         self._begin(self.exploration, now_s, self.rejoin_s)
 
     def begin_way(self, way: Trajectory, now_s: float) -> None:
-        """Begin a way, at rest at its start; it was proven with everything known."""
-        self._begin(way, now_s, None)
+        """Begin a way, at rest at its start; it was proven with everything known.
+
+        Where it leads to an exploration whose headings are planned, it arrives looking as that begins.
+        """
+        planned = self.exploration.headings_at(np.array([self.rejoin_s]))
+        apart_m = np.abs(way.motion_at(way.end_s).position_m - np.array(self.rejoin_m())).max()
+        self._begin(way, now_s, None, None if planned is None or apart_m > _SAME_PLACE_M else float(planned[0]))
         self.blocked_s = None
 
     def begin_anew(self, exploration: Trajectory, now_s: float) -> None:
@@ -164,7 +170,9 @@ class CourseKeeper:
             return False
         return self.course.braking(now_s).stop_s() >= self.blocked_s - _BLOCKED_RESERVE_S
 
-    def _begin(self, trajectory: Trajectory, now_s: float, from_s: float | None) -> None:
+    def _begin(
+        self, trajectory: Trajectory, now_s: float, from_s: float | None, arrives_rad: float | None = None
+    ) -> None:
         yaw = self.course.at(now_s).yaw_rad if self.course is not None else 0.0
         limits = self._assignment
         self.course = Course.begin(
@@ -175,4 +183,5 @@ class CourseKeeper:
             limits.max_yaw_rate_radps,
             from_s=from_s,
             rate=self.rate,
+            arrives_rad=arrives_rad,
         )

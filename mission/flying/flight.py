@@ -88,6 +88,7 @@ class FlightSettings:
         folder: Where everything about the flight goes.
         from_s: Curve time at which the exploration begins, in a flight that is resumed.
         flown_m: What was explored before, in a flight that is resumed; None: nothing.
+        flown_yaw_rad: Headings there; None: not known.
     """
 
     link: str
@@ -96,6 +97,7 @@ class FlightSettings:
     folder: Path
     from_s: float | None = None
     flown_m: np.ndarray | None = None
+    flown_yaw_rad: np.ndarray | None = None
 
     @property
     def resumed(self) -> bool:
@@ -164,7 +166,7 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
     replanner = Replanner() if mission.replanning.enabled and settings.method is FlightMethod.OFFBOARD else None
     rate = settings.speed if settings.link == SIM else 1.0
     clock = FlightClock(time.monotonic(), rate)
-    belief = Belief(problem, settings.flown_m)
+    belief = Belief(problem, settings.flown_m, settings.flown_yaw_rad)
     assignment = assignment_of(planned, settings.method)
     energy = energy_of(mission, problem)
     executive = Executive(assignment, monitors_of(mission, belief, energy), from_s=settings.from_s, patience=rate)

@@ -27,6 +27,7 @@ class FlightLog:
         time_s: Flight clock of the telemetry, rising over resumptions, shape (time,).
         position_m: Shape (time, 3).
         velocity_mps: Shape (time, 3).
+        yaw_rad: Heading, counter-clockwise from east, shape (time,).
         target_m: Where the course was, shape (time, 3); NaN where there was none.
         battery_fraction: Shape (time,); NaN where it was not told.
         phase: What the flight was doing, by sample.
@@ -42,6 +43,7 @@ class FlightLog:
     time_s: Float[np.ndarray, "time"]
     position_m: Float[np.ndarray, "time 3"]
     velocity_mps: Float[np.ndarray, "time 3"]
+    yaw_rad: Float[np.ndarray, "time"]
     target_m: Float[np.ndarray, "time 3"]
     battery_fraction: Float[np.ndarray, "time"]
     phase: tuple[str, ...]
@@ -117,6 +119,7 @@ def _assembled(folder: Path, records: list[dict[str, Any]]) -> FlightLog:
         time_s=np.array([row["t"] for row in telemetry]),
         position_m=np.array([row["p"] for row in telemetry]).reshape(-1, 3),
         velocity_mps=np.array([row["v"] for row in telemetry]).reshape(-1, 3),
+        yaw_rad=np.array([row["yaw"] for row in telemetry], dtype=float),
         target_m=np.array([row["target"] or [np.nan] * 3 for row in telemetry]).reshape(-1, 3),
         battery_fraction=np.array(
             [np.nan if row["battery"] is None else row["battery"] for row in telemetry], dtype=float
@@ -139,8 +142,12 @@ def read_course(path: Path) -> Trajectory:
     """
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
+        heading = data.get("heading_control_enu_rad")
         return Trajectory(
-            np.array(data["control_points_enu_m"]), float(data["knot_interval_s"]), float(data["start_s"])
+            np.array(data["control_points_enu_m"]),
+            float(data["knot_interval_s"]),
+            float(data["start_s"]),
+            None if heading is None else np.array(heading),
         )
     except (OSError, KeyError, TypeError, ValueError) as error:
         raise InputError(str(path), [Finding("file", path.name, f"is not a course of a flight: {error}")]) from error

@@ -183,7 +183,7 @@ class FlightLoop:
             target = vector(executive.course.at(now_s).motion.position_m)
         self._recorder.telemetry(now_s, event, executive.phase.value, target)
         if executive.phase in (Phase.FOLLOWING, Phase.AUTO_MISSION) and event.position_age_s == 0.0:
-            self._belief.fly(event.position_enu_m, now_s)
+            self._belief.fly(event.position_enu_m, now_s, event.yaw_enu_rad)
         self._receive(event, now_s)
 
     def _receive(self, event: Event, now_s: float) -> None:

@@ -24,11 +24,13 @@ class Unfinished:
         trajectory: The proven curve that was being flown, from a knot just before the place where it stopped.
         from_s: Curve time at which to go on.
         flown_m: Positions of the exploration, one each `belief.INTERVAL_S`.
+        flown_yaw_rad: Headings there.
     """
 
     trajectory: Trajectory
     from_s: float
     flown_m: Float[np.ndarray, "time 3"]
+    flown_yaw_rad: Float[np.ndarray, "time"]
 
     @property
     def remaining_s(self) -> float:
@@ -55,12 +57,7 @@ def unfinished(log: FlightLog) -> Unfinished | None:
     if trajectory.end_s - explored_s <= FINISHED_S:
         return None
     first = int(np.clip((explored_s - trajectory.start_s) // trajectory.knot_interval_s, 0, trajectory.segments - 1))
-    rest = Trajectory(
-        trajectory.control_points_m[first:],
-        trajectory.knot_interval_s,
-        trajectory.start_s + first * trajectory.knot_interval_s,
-    )
-    return Unfinished(rest, explored_s, explored_positions(log))
+    return Unfinished(trajectory.from_knot(first), explored_s, explored_positions(log), explored_headings(log))
 
 
 def explored_until_s(log: FlightLog) -> float:
@@ -85,11 +82,21 @@ def course_at(log: FlightLog, curve_s: float) -> Trajectory:
 
 def explored_positions(log: FlightLog) -> Float[np.ndarray, "time 3"]:
     """Where the exploration was flown, one position each `belief.INTERVAL_S`; pauses between flights count nothing."""
+    return _each_interval(log, log.position_m)
+
+
+def explored_headings(log: FlightLog) -> Float[np.ndarray, "time"]:
+    """The heading at each of those positions."""
+    return _each_interval(log, log.yaw_rad)
+
+
+def _each_interval(log: FlightLog, told: Float[np.ndarray, "time *axis"]) -> Float[np.ndarray, "tick *axis"]:
+    """What telemetry told during the exploration, once for each `belief.INTERVAL_S` of it."""
     exploring = log.exploring()
-    time_s, position = log.time_s[exploring], log.position_m[exploring]
+    time_s, told = log.time_s[exploring], told[exploring]
     if not len(time_s):
-        return np.empty((0, 3))
+        return told
     step_s = np.diff(time_s, prepend=time_s[0])
     step_s[step_s > _PAUSE_S] = INTERVAL_S
     ticks = np.floor(np.cumsum(step_s) / INTERVAL_S).astype(int)
-    return np.repeat(position, np.diff(ticks, prepend=0), axis=0)
+    return np.repeat(told, np.diff(ticks, prepend=0), axis=0)

@@ -129,16 +129,14 @@ class Recorder:
         """
         number = self.plans
         self.plans += 1
-        write_durably(
-            self.folder / f"course-{number:03d}.json",
-            json.dumps(
-                {
-                    "control_points_enu_m": trajectory.control_points_m.tolist(),
-                    "knot_interval_s": trajectory.knot_interval_s,
-                    "start_s": trajectory.start_s,
-                }
-            ),
-        )
+        curve: dict[str, JsonValue] = {
+            "control_points_enu_m": trajectory.control_points_m.tolist(),
+            "knot_interval_s": trajectory.knot_interval_s,
+            "start_s": trajectory.start_s,
+        }
+        if trajectory.heading_control_rad is not None:
+            curve["heading_control_enu_rad"] = trajectory.heading_control_rad.tolist()
+        write_durably(self.folder / f"course-{number:03d}.json", json.dumps(curve))
         self.write("course", time_s, number=number, origin=origin, start_s=trajectory.start_s, end_s=trajectory.end_s)
         return number
 

@@ -18,7 +18,7 @@ from mission.flying.replanning import Replanner, Reply, Request, Verdict, judge
 from planner.plan import Plan
 from planner.problem import Options, Problem
 from planner.scene import knots_for
-from planner.trajectory import Motion, Trajectory
+from planner.trajectory import Motion, Trajectory, Turning
 
 LEAST_REMAINING_SHARE = 0.05
 LEAST_REMAINING_S = 2.0
@@ -150,8 +150,11 @@ class ReplanCycle:
         """A request of the size that comes when a share of the exploration is left."""
         course = self._course
         switch_s = course.end_s - share * course.duration_s
-        problem = self._left(course.motion_at(switch_s), share * course.duration_s)
-        request = self._request(problem, switch_s, None, course)
+        start, yaw_rad = course.motion_at(switch_s), course.headings_at(np.array([switch_s]))
+        problem = self._left(start, share * course.duration_s, None if yaw_rad is None else Turning(float(yaw_rad[0])))
+        # Where poses are remembered, what is compiled has room for them.
+        ahead = None if yaw_rad is None else (start.position_m[None], yaw_rad)
+        request = self._request(problem, switch_s, None, course, ahead)
         return dataclasses.replace(request, number=WARM_UP)
 
     def _from_ahead(self, executive: Executive, now_s: float, rate: float) -> Request | None:
@@ -164,8 +167,9 @@ class ReplanCycle:
         remaining_s = executive.exploration.end_s - switch_s
         if remaining_s < max(LEAST_REMAINING_S, LEAST_REMAINING_SHARE * executive.exploration.end_s):
             return None
-        ahead = course.positions_at(np.arange(at_s, switch_s, INTERVAL_S * pace))
-        problem = self._left(course.motion_at(switch_s), remaining_s)
+        moments = np.arange(at_s, switch_s, INTERVAL_S * pace)
+        ahead = course.positions_at(moments), course.headings_at(moments)
+        problem = self._left(course.motion_at(switch_s), remaining_s, course.turning_at(switch_s))
         staying = course.leg_at(switch_s).trajectory
         return self._request(problem, switch_s, staying, course.trajectory, ahead)
 
@@ -175,10 +179,12 @@ class ReplanCycle:
         switch_s = course.stop_s()
         remaining_s = max(executive.exploration.end_s - switch_s, LEAST_REMAINING_S)
         start = Motion.at_rest(np.asarray(course.stop_position()))
-        return self._request(self._left(start, remaining_s), switch_s, None, course.trajectory)
+        turning = Turning(course.turning_at(switch_s).yaw_rad)
+        return self._request(self._left(start, remaining_s, turning), switch_s, None, course.trajectory)
 
-    def _left(self, start: Motion, remaining_s: float) -> Problem:
-        return dataclasses.replace(self._belief.problem, start=start, duration_s=remaining_s)
+    def _left(self, start: Motion, remaining_s: float, turning: Turning | None) -> Problem:
+        given = turning if self._options.explores_headings else None
+        return dataclasses.replace(self._belief.problem, start=start, start_turning=given, duration_s=remaining_s)
 
     def _request(
         self,
@@ -186,13 +192,14 @@ class ReplanCycle:
         switch_s: float,
         staying: Trajectory | None,
         current: Trajectory,
-        ahead_m: Float[np.ndarray, "time 3"] | None = None,
+        ahead: tuple[Float[np.ndarray, "time 3"], Float[np.ndarray, "time"]] | None = None,
     ) -> Request:
+        """A request; `ahead` are the positions and headings on the way to the switch."""
         warm = [from_moment(current, switch_s)]
         warm += [from_moment(curve, switch_s) for curve in self._alternatives if curve is not current][:_ALTERNATIVES]
-        flown = self._belief.flown_m()
-        if ahead_m is not None:
-            flown = np.concatenate([flown, ahead_m])
+        flown, yaw_rad = self._belief.flown_m(), self._belief.flown_yaw_rad()
+        if ahead is not None:
+            flown, yaw_rad = np.concatenate([flown, ahead[0]]), np.concatenate([yaw_rad, ahead[1]])
         return Request(
             self._number + 1,
             problem,
@@ -202,6 +209,7 @@ class ReplanCycle:
             staying,
             switch_s,
             self._schedule.time_limit_host_s,
+            yaw_rad if self._options.explores_headings else None,
         )
 
     def _options_for(self, problem: Problem) -> Options:
@@ -220,8 +228,4 @@ def from_moment(trajectory: Trajectory, curve_s: float) -> Trajectory:
     """The rest of a curve from the knot nearest a moment on: good enough to start a solve from."""
     knot = round((curve_s - trajectory.start_s) / trajectory.knot_interval_s)
     first = int(np.clip(knot, 0, trajectory.segments - 1))
-    return Trajectory(
-        trajectory.control_points_m[first:],
-        trajectory.knot_interval_s,
-        trajectory.start_s + first * trajectory.knot_interval_s,
-    )
+    return trajectory.from_knot(first)

@@ -51,6 +51,7 @@ class Request:
         staying: The course from the switch on; None: there is none to stay on.
         switch_s: Curve time at which the new plan takes over.
         time_limit_s: Time for the solve.
+        flown_yaw_rad: Headings where it was flown; None: they do not count.
     """
 
     number: int
@@ -61,6 +62,7 @@ class Request:
     staying: Trajectory | None
     switch_s: float
     time_limit_s: float
+    flown_yaw_rad: Float[np.ndarray, "time"] | None = None
 
 
 @dataclasses.dataclass(frozen=True)
@@ -93,7 +95,7 @@ def answer(request: Request) -> Reply:
     began_s = time.monotonic()
     deadline_s = began_s + request.time_limit_s
     try:
-        problem = after(request.problem, request.flown_m, request.options.modes)
+        problem = after(request.problem, request.flown_m, request.options.modes, request.flown_yaw_rad)
         plan = solve(
             problem,
             request.options,
@@ -107,7 +109,8 @@ def answer(request: Request) -> Reply:
         curve = request.staying
         count = 4 * curve.segments
         middles = request.switch_s + (np.arange(count) + 0.5) / count * (curve.end_s - request.switch_s)
-        staying = Judge(problem, request.options).ergodic_metric(curve.sample(middles).position_m)
+        judge = Judge(problem, request.options)
+        staying = judge.ergodic_metric(curve.sample(middles).position_m, curve.headings_at(middles))
     return Reply(request, plan, staying, time.monotonic() - began_s)
 
 

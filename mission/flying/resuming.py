@@ -54,7 +54,8 @@ def resumption(flight: FlightFolder) -> Resumption | None:
     problem = dataclasses.replace(
         flight.problem, start=rest.motion_at(rest.start_s), duration_s=rest.duration_s, end_position_m=None
     )
-    candidate = Judge(after(problem, left.flown_m, flight.options.modes), flight.options).candidate(rest, "resumed")
+    known = after(problem, left.flown_m, flight.options.modes, left.flown_yaw_rad)
+    candidate = Judge(known, flight.options).candidate(rest, "resumed")
     if candidate.feasible:
         plan = Plan(Status.CONVERGED, (candidate,), 0, 1.0, diversity(_unit_path(problem, rest)), 0)
         return Resumption(Planned(flight.mission, problem, flight.options, plan, 0.0, 0.0), left.from_s, left)
@@ -72,7 +73,7 @@ def _planned_anew(flight: FlightFolder, left: Unfinished) -> Planned:
     rest = left.trajectory
     here = Motion.at_rest(rest.motion_at(left.from_s).position_m)
     problem = dataclasses.replace(flight.problem, start=here, duration_s=left.remaining_s)
-    known = after(problem, left.flown_m, flight.options.modes)
+    known = after(problem, left.flown_m, flight.options.modes, left.flown_yaw_rad)
     deadline_s = began_s + flight.mission.planner.time_limit_s
     plan = solve(known, flight.options, warm_start=(rest,), out_of_time=lambda: time.monotonic() > deadline_s)
     if plan.selected is None:

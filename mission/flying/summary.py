@@ -9,12 +9,14 @@ from jaxtyping import Float
 
 from mission.flying.belief import covered_by
 from mission.flying.flight_log import FlightLog
-from planner.problem import Options, Problem
+from planner.problem import Metric, Options, Problem
 from planner.spectral_metric import mode_weights
 
 # Estimates wander and gusts push: what is flown counts as broken beyond these, what is planned has no allowance.
 SPEED_ALLOWANCE = 1.02
 POSITION_ALLOWANCE_M = 0.25
+# That metric takes the square of their number.
+MOST_KERNEL_SAMPLES = 1500
 _ON_COURSE = ("flying to the start", "exploring", "returning")
 
 
@@ -30,14 +32,12 @@ def summarize(log: FlightLog, problem: Problem, options: Options, fastest_mps: f
     Returns:
         Seconds, metres and shares; null where nothing was measured.
     """
-    exploring = log.exploring()
     flying = np.array([bool(armed) for armed in log.armed], dtype=bool)
     position, speed = log.position_m, np.linalg.norm(log.velocity_mps, axis=1)
     error = np.linalg.norm(position - log.target_m, axis=1)[_on_course(log)]
     error = error[np.isfinite(error)]
     clearance = clearance_m(log, problem)[flying]
     steps = np.linalg.norm(np.diff(position[flying], axis=0), axis=1) if flying.sum() > 1 else np.array([0.0])
-    covered = position[exploring]
     replans = log.of_kind("replan")
     refused: dict[str, int] = {}
     for replan in replans:
@@ -53,7 +53,7 @@ def summarize(log: FlightLog, problem: Problem, options: Options, fastest_mps: f
         "max_speed_mps": float(speed.max()) if len(speed) else 0.0,
         "tracking_error_mean_m": float(error.mean()) if len(error) else None,
         "tracking_error_max_m": float(error.max()) if len(error) else None,
-        "ergodic_metric": _flown_metric(covered, problem, options),
+        "ergodic_metric": _flown_metric(log, problem, options),
         "battery_used": float(battery.max() - battery.min()) if len(battery) else None,
         "replans_asked": len(replans),
         "replans_taken": sum(replan["taken"] for replan in replans),
@@ -119,9 +119,16 @@ def _explored_s(log: FlightLog) -> float:
     return float(progress[-1]["explored_s"]) if progress else 0.0
 
 
-def _flown_metric(position_m: np.ndarray, problem: Problem, options: Options) -> float | None:
+def _flown_metric(log: FlightLog, problem: Problem, options: Options) -> float | None:
+    """E of what was explored, by the metric that it was planned with."""
+    position_m, yaw_rad = log.position_m[log.exploring()], log.yaw_rad[log.exploring()]
     if len(position_m) < 2:
         return None
+    if options.metric is Metric.KERNEL:
+        from planner.judging import Judge
+
+        some = np.unique(np.linspace(0, len(position_m) - 1, MOST_KERNEL_SAMPLES).round().astype(int))
+        return Judge(problem, options).ergodic_metric(position_m[some], yaw_rad[some])
     covered = covered_by(position_m, 1.0, problem, options.modes)
     residual = covered.mean_basis - problem.information.coefficients(options.modes)
     return float(np.sum(mode_weights(options.modes, options.metric_weights) * residual**2))

@@ -49,5 +49,6 @@ def resume(
         folder=folder,
         from_s=left.from_s,
         flown_m=left.left.flown_m,
+        flown_yaw_rad=left.left.flown_yaw_rad,
     )
     carry_out(left.planned, settings, view=view, as_json=as_json)
