@@ -170,7 +170,7 @@ def kernel_sum(
     """
     axes = points.shape[1] - wraps
     straight, spread = centers[:, :axes], variance[:axes]
-    norm = jnp.prod(2.0 * jnp.pi * spread) ** -0.5
+    norm = jnp.prod(2.0 * jnp.pi * variance) ** -0.5
     # Moments of the weights: one product of matrices gives the density and what its gradient needs.
     moments = norm * weight[:, None] * jnp.concatenate([jnp.ones_like(straight[:, :1]), straight], axis=1)
     scaled = straight * spread**-0.5
@@ -179,27 +179,31 @@ def kernel_sum(
         place = point[:axes]
         here = place * spread**-0.5
         # Axis by axis: an array whose last dimension is three is slow to run through.
-        density = jnp.exp(-0.5 * sum((here[axis] - scaled[:, axis]) ** 2 for axis in range(axes)))
+        squared = sum((here[axis] - scaled[:, axis]) ** 2 for axis in range(axes))
         if not wraps:
-            total = density @ moments
+            total = jnp.exp(-0.5 * squared) @ moments
             return total[0], (total[1:] - total[0] * place) / spread
-        around, turn = _wrapped_normal(point[-1] - centers[:, -1], variance[-1])
-        total = (density * around) @ moments
+        near, share, falls = _around(point[-1] - centers[:, -1], variance[-1])
+        # One exponential for the place and the nearer image together.
+        density = jnp.exp(-0.5 * (squared + near**2 / variance[-1])) * (1.0 + share)
+        total = density @ moments
         gradient = (total[1:] - total[0] * place) / spread
-        return total[0], jnp.concatenate([gradient, jnp.dot(density * turn, moments[:, 0])[None]])
+        turn = -jnp.dot(density * falls, moments[:, 0]) / variance[-1]
+        return total[0], jnp.concatenate([gradient, turn[None]])
 
     return jax.lax.map(row, points, batch_size=min(ROWS_AT_ONCE, points.shape[0]))
 
 
-def _wrapped_normal(angle: Float[Array, "sample"], variance: Float[Array, ""]) -> tuple[Array, Array]:
-    """The wrapped normal density on the circle and its derivative; one image on either side is exact up to 1 rad²."""
-    turned = jnp.mod(angle + jnp.pi, 2.0 * jnp.pi) - jnp.pi
-    norm = (2.0 * jnp.pi * variance) ** -0.5
-    density, slope = jnp.zeros_like(turned), jnp.zeros_like(turned)
-    for image in (turned - 2.0 * jnp.pi, turned, turned + 2.0 * jnp.pi):
-        part = norm * jnp.exp(-0.5 * image**2 / variance)
-        density, slope = density + part, slope - part * image / variance
-    return density, slope
+def _around(angle: Float[Array, "sample"], variance: Float[Array, ""]) -> tuple[Array, Array, Array]:
+    """The wrapped normal density, as the nearer image and what the farther one adds: exact up to 1 rad².
+
+    Returns:
+        The angle to the nearer image; the density of the farther one as a share of the nearer one's; the angle by which
+        both together fall, −v·∂log g.
+    """
+    near = angle - 2.0 * jnp.pi * jnp.round(angle / (2.0 * jnp.pi))
+    share = jnp.exp(-2.0 * jnp.pi * (jnp.pi - jnp.abs(near)) / variance)
+    return near, share, near - 2.0 * jnp.pi * jnp.sign(near) * share / (1.0 + share)
 
 
 def _mean_over_cells(
