@@ -240,6 +240,16 @@ def detection_has_a_sensor(mission: Mission) -> Iterator[Finding]:
         )
 
 
+def headings_can_be_explored(mission: Mission) -> Iterator[Finding]:
+    """A wing looks where it flies."""
+    if mission.planner.heading == "explored" and mission.vehicle.preset == "fixed-wing":
+        yield Finding(
+            "planner.heading",
+            '"explored"',
+            'a fixed wing looks where it flies: write "travel", or another vehicle.preset',
+        )
+
+
 CHECKS: tuple[tuple[tuple[str, ...], Check], ...] = (
     (("site", "planner"), ends_in_the_box),
     (("site", "planner"), home_in_the_fence),
@@ -251,4 +261,5 @@ CHECKS: tuple[tuple[tuple[str, ...], Check], ...] = (
         stays_clear_of_obstacles,
     ),
     (("belief", "sensor"), detection_has_a_sensor),
+    (("planner", "vehicle"), headings_can_be_explored),
 )

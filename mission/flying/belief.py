@@ -2,7 +2,7 @@
 
 Coverage is remembered as the metric remembers it: the time average of the basis functions over the flown positions,
 as telemetry told them, and the time it stands for; where headings are explored, the poses themselves. A search instead
-works out what was not seen yet.
+works out what was not seen yet, from places alone.
 """
 
 from __future__ import annotations

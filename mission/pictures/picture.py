@@ -21,7 +21,7 @@ from mission.pictures.relief import Relief, ground_of, relief_of
 from mission.site.fence import planned_fence
 from mission.site.footprints import Footprint, footprints_of
 from planner.plan import Candidate
-from planner.trajectory import Samples
+from planner.trajectory import Samples, Trajectory
 
 if TYPE_CHECKING:
     from matplotlib.typing import RcKeyType
@@ -41,6 +41,7 @@ MOST_ROWS = 12
 LOGARITHMIC_FROM = 20.0
 """Where clearances reach this many margins, the small ones that matter are shown on a logarithmic axis."""
 ARROWS = 14
+NOSES = 120
 STYLE: dict[RcKeyType, Any] = {
     "font.size": 9.0,
     "axes.edgecolor": SOFT,
@@ -167,6 +168,7 @@ def _map(axis: Axes, planned: Planned) -> None:
     axis.plot(samples.position_m[:, 0], samples.position_m[:, 1], color="white", linewidth=2.8, alpha=0.7, zorder=4)
     axis.plot(samples.position_m[:, 0], samples.position_m[:, 1], color=PATH, linewidth=1.5, zorder=5)
     _arrows(axis, samples)
+    _noses(axis, curve)
     start, end = samples.position_m[0], samples.position_m[-1]
     axis.plot(*start[:2], "o", color="white", markeredgecolor=INK, markersize=7.5, markeredgewidth=1.4, zorder=8)
     axis.plot(*end[:2], "s", color=INK, markeredgecolor="white", markersize=5.0, markeredgewidth=0.8, zorder=9)
@@ -220,6 +222,17 @@ def _arrows(axis: Axes, samples: Samples) -> None:
             )
 
 
+def _noses(axis: Axes, curve: Trajectory) -> None:
+    """Strokes from the path to where the nose points, where that was planned with it."""
+    time_s = np.linspace(curve.start_s, curve.end_s, NOSES)
+    heading = curve.headings_at(time_s)
+    if heading is None:
+        return
+    east, north = curve.sample(time_s).position_m[:, :2].T
+    strokes: dict[str, Any] = {"headwidth": 0.0, "headlength": 0.0, "headaxislength": 0.0, "scale": 55.0}
+    axis.quiver(east, north, np.cos(heading), np.sin(heading), color=INK, width=0.002, zorder=6, **strokes)
+
+
 def _legend(axis: Axes, planned: Planned) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -232,6 +245,8 @@ def _legend(axis: Axes, planned: Planned) -> None:
         Line2D([], [], color=GOOD, linewidth=1.2, label="fence"),
         Patch(facecolor=INFORMATION(0.75), label="information"),
     ]
+    if planned.options.explores_headings:
+        entries.insert(1, Line2D([], [], color=INK, linewidth=1.2, label="where it looks"))
     footprints = footprints_of(planned.mission)
     low, high = planned.problem.workspace.box_min_m[2], planned.problem.workspace.box_max_m[2]
     inside = [f for f in footprints if f.ceiling_m > low and f.floor_m < high]

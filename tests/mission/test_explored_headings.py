@@ -314,3 +314,24 @@ def test_a_mission_with_explored_headings_is_planned_and_flown(mission_file, tmp
     told_s = np.interp(log.time_s[exploring], log.setpoint_s, log.setpoint_curve_s)
     assert np.median(apart(log.yaw_rad[exploring], heading_of(plan.curve(), told_s))) < 0.15
     assert summary["ergodic_metric"] == pytest.approx(plan.metric.ergodic_metric, rel=0.3)
+
+
+def test_a_fixed_wing_looks_where_it_flies(mission_file):
+    with pytest.raises(InputError, match=r"planner\.heading") as refused:
+        load(mission_file, ["vehicle.preset=fixed-wing"])
+    assert any("looks where it flies" in finding.advice for finding in refused.value.findings)
+
+
+def test_the_picture_shows_where_the_vehicle_looks(planned, tmp_path, monkeypatch):
+    from matplotlib.axes import Axes
+
+    from mission.pictures.picture import draw_plan
+
+    drawn = []
+    quiver = Axes.quiver
+    monkeypatch.setattr(Axes, "quiver", lambda self, *args, **how: (drawn.append(args), quiver(self, *args, **how))[1])
+    draw_plan(planned, tmp_path / "plan.png")
+    ((_, _, east, north),) = drawn
+    curve = planned.plan.best.trajectory
+    wanted = heading_of(curve, np.linspace(0.0, curve.end_s, len(east)))
+    assert apart(np.arctan2(north, east), wanted).max() < 1e-9
