@@ -38,7 +38,7 @@ JOIN_TOLERANCE = 1e-6
 """Start, end and box: metres, metres per second, metres per second squared."""
 FENCE_TOLERANCE_M = 1e-3
 FENCE_RESOLUTION_M = 0.1
-FARTHEST_RAD = 1e6
+FARTHEST_RAD = 1e8
 """A heading that turned further means nothing."""
 REPORT_RESOLUTION_M = 1e-3
 """How closely the least clearance is enclosed: the figure reported is the proven, lower one."""

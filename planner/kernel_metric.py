@@ -206,7 +206,7 @@ def metric_of_poses(problem: Problem, options: Options, samples: int = 1) -> Ker
     own = np.sum(information.mass * density_at_centers(information.mass, variance[:3], counts)) / (2.0 * np.pi)
     past, each, share = np.zeros((0, 4)), np.zeros(0), 0.0
     if covered is not None:
-        if covered.poses is None:
+        if covered.poses is None or not len(covered.poses):
             raise ValueError("headings are explored, and what was covered before has no poses: give Covered.poses")
         share = covered.duration_s / (covered.duration_s + problem.duration_s)
         past = _thinned(covered.poses * mask, REMEMBERED_POSES)

@@ -16,7 +16,7 @@ from mission.executive.phases import Phase
 from mission.flying.belief import INTERVAL_S, Belief
 from mission.flying.replanning import Replanner, Reply, Request, Verdict, judge
 from planner.plan import Plan
-from planner.problem import Options, Problem
+from planner.problem import Metric, Options, Problem
 from planner.scene import knots_for
 from planner.trajectory import Motion, Trajectory, Turning
 
@@ -31,6 +31,8 @@ _FEWER_BELOW = ((0.35, 2), (0.12, 4))
 _FEWEST_SEGMENTS = 16
 _SAMPLES_A_SEGMENT = 2
 _WARM_UP_SHARES = (1.0, 0.3, 0.1)
+# The kernel metric takes more neighbours together the nearer samples lie, which is compiled too.
+_KERNEL_WARM_UP_SHARES = (1.0, 0.3, 0.1, 0.36, 0.6, 0.13, 0.2)
 WARM_UP = 0
 """Number of a request that only makes the solver compile what later ones need."""
 
@@ -67,7 +69,7 @@ class ReplanCycle:
         self._alternatives = _curves(plan)
         self._course = plan.best.trajectory
         self._segments, _ = knots_for(belief.problem, options)
-        self._to_warm = list(_WARM_UP_SHARES)
+        self._to_warm = list(_KERNEL_WARM_UP_SHARES if options.metric is Metric.KERNEL else _WARM_UP_SHARES)
         self._answered = 0
         self._asked_s: float | None = None
         self._number = 0

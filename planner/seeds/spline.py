@@ -21,9 +21,9 @@ def heading_spline(heading_rad: Float[np.ndarray, "moment"], segments: int) -> F
         Shape (segments + 3,): the first three go on as it begins, the last three coincide.
     """
     moments = np.linspace(0.0, len(heading_rad) - 1.0, segments + 1)
-    inside = np.interp(moments, np.arange(len(heading_rad)), heading_rad)[2:-2]
-    first = inside[0] + (inside[1] - inside[0]) * np.arange(-3.0, 0.0)
-    return np.concatenate([first, inside, np.full(3, heading_rad[-1])])
+    at_knots = np.interp(moments, np.arange(len(heading_rad)), heading_rad)
+    first = at_knots[2] + (at_knots[3] - at_knots[2]) * np.arange(-3.0, 0.0)
+    return np.concatenate([first, at_knots[2:-2], np.repeat(at_knots[-2], 3)])
 
 
 def spline_from_path(
