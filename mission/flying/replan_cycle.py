@@ -32,7 +32,7 @@ _FEWEST_SEGMENTS = 16
 _SAMPLES_A_SEGMENT = 2
 _WARM_UP_SHARES = (1.0, 0.3, 0.1)
 # The kernel metric takes more neighbours together the nearer samples lie, which is compiled too.
-_KERNEL_WARM_UP_SHARES = (1.0, 0.3, 0.1, 0.36, 0.6, 0.13, 0.2)
+_KERNEL_WARM_UP_SHARES = (1.0, 0.3, 0.1, 0.36, 0.6, 0.13, 0.2, 0.06)
 WARM_UP = 0
 """Number of a request that only makes the solver compile what later ones need."""
 
