@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from mission.executive import readings
+from mission.executive.course import CoursePoint
 from mission.executive.course_keeper import CourseKeeper
 from mission.executive.events import Assignment, FlightMethod
 from mission.executive.known_vehicle import KnownVehicle
@@ -16,6 +17,8 @@ from sim_bridge.state import FlightMode, VehicleState
 
 _ALARM_INTERVAL_S = 0.1
 _BEHIND_SHARE = 0.2
+# Gusts pass, lag stays; and the last slowing down takes this long to show.
+_STRAYS_S = 2.0
 _ALARM_TRIGGER = {
     Alarm.OUTSIDE: Trigger.OUTSIDE,
     Alarm.BATTERY_LOW: Trigger.BATTERY_LOW,
@@ -66,6 +69,7 @@ class Hearing:
         self._patience = patience
         self._alarmed_s = now_s
         self._charge_told = False
+        self._strays_since_s: float | None = None
         self._waiting_for: tuple[str, ...] = ()
 
     @property
@@ -178,6 +182,7 @@ class Hearing:
         for alarm in alarms:
             if self._fire(_ALARM_TRIGGER[alarm], now_s):
                 return
+        self._keep_close(state, point if self._phase in ON_COURSE else None, now_s)
         if Alarm.BATTERY_LOW in alarms and not self._charge_told:
             self._charge_told = True
             self._machine.say("the charge left is less than the way home needs", warning=True)
@@ -186,3 +191,14 @@ class Hearing:
             trigger = interruption.observe(not near and self._keeper.stands(now_s), now_s)
             if trigger is not None:
                 self._fire(trigger, now_s)
+
+    def _keep_close(self, state: VehicleState, point: CoursePoint | None, now_s: float) -> None:
+        """Ask less of a vehicle that strays, before it comes too close to anything."""
+        if point is None or not self.monitors.strays(state, point):
+            self._strays_since_s = None
+        elif self._strays_since_s is None:
+            self._strays_since_s = now_s
+        elif now_s - self._strays_since_s >= _STRAYS_S and self._machine.slow_down():
+            self._strays_since_s = None
+            self._keeper.resume(now_s)
+            self._machine.stream()

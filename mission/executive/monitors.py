@@ -23,6 +23,8 @@ _DETOUR = 1.15
 _LANDING_HEIGHT_M = 10.0
 _LANDING_SPEED_MPS = 0.6
 _LEAST_OBSERVATION_S = 60.0
+# An obstacle nearer than so many times the distance from the course may be hit by the next error.
+_NEAR_ERRORS = 5.0
 _LEAST_DROP = 0.03
 
 
@@ -135,6 +137,7 @@ class Monitors:
         fence_distance_m: Signed distance to the fence, positive inside, for a position of shape (3,).
         fence_tolerance_m: How far outside is not yet an alarm: estimates wander.
         max_track_error_m: Distance from the course above which the flight holds.
+        track_margin_m: Distance from the course that the plan's clearance allows for.
         energy: What flying costs.
         cruise_height_m: Height above home from which it lands.
     """
@@ -144,6 +147,7 @@ class Monitors:
     fence_distance_m: Callable[[Float[np.ndarray, "3"]], float]
     fence_tolerance_m: float
     max_track_error_m: float
+    track_margin_m: float
     energy: Energy
     cruise_height_m: float
 
@@ -177,3 +181,14 @@ class Monitors:
         if point is not None and float(np.linalg.norm(position - point.motion.position_m)) > self.max_track_error_m:
             found.append(Alarm.OFF_TRACK)
         return tuple(found)
+
+    def strays(self, state: VehicleState, point: CoursePoint) -> bool:
+        """Whether a vehicle is off its course by more than the plan allows for, where there is something to hit.
+
+        Args:
+            state: What the vehicle tells.
+            point: Where the course is at the state's moment.
+        """
+        position = np.asarray(state.position_enu_m)
+        error_m = float(np.linalg.norm(position - point.motion.position_m))
+        return error_m > self.track_margin_m and self.clearance_m(position) < _NEAR_ERRORS * error_m

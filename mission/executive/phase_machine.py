@@ -64,10 +64,8 @@ class PhaseMachine:
         goto = self.interruption.interrupted_by(phase) if row.goto is None else row.goto
         if row.goto is not None:
             self.interruption.begin(phase, goto, trigger)
-        if goto is Phase.HOLDING and trigger in (Trigger.TOO_CLOSE, Trigger.OFF_TRACK) and self._keeper.slow_down():
-            self.say(
-                f"it did not keep to the course: from here on at {self._keeper.rate:.0%} of the pace", warning=True
-            )
+        if goto is Phase.HOLDING and trigger in (Trigger.TOO_CLOSE, Trigger.OFF_TRACK):
+            self.slow_down()
         if phase is Phase.FOLLOWING:
             self._keeper.leave_exploration(now_s, self._vehicle.heard_s if trigger is Trigger.LINK_LOST else None)
         self.stay = Stay(goto, now_s, phase, self._vehicle.mode)
@@ -76,6 +74,13 @@ class PhaseMachine:
         self.act(Entered(goto, row.why))
         self._enter(goto, now_s)
         return True
+
+    def slow_down(self) -> bool:
+        """From now on ask less of a vehicle that does not keep to its course; false: it is asked for little already."""
+        if slower := self._keeper.slow_down():
+            share = self._keeper.rate
+            self.say(f"it does not keep to the course: from here on at {share:.0%} of the pace", warning=True)
+        return slower
 
     def act(self, action: Action) -> None:
         """Have something done."""

@@ -64,6 +64,7 @@ def monitors_of(mission: Mission, belief: Belief, energy: Energy) -> Monitors:
         max_track_error_m=float(
             np.clip(_TRACK_ERROR_S * mission.vehicle.max_speed_mps, _LEAST_TRACK_ERROR_M, _MOST_TRACK_ERROR_M)
         ),
+        track_margin_m=max(mission.flight.clearance_margin_m, _LEAST_TRACK_ERROR_M),
         energy=energy,
         cruise_height_m=mission.takeoff_altitude_m,
     )

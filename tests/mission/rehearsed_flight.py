@@ -147,6 +147,7 @@ class Flight:
             fence_distance_m=lambda p: self.fence_east_m - float(p[0]),
             fence_tolerance_m=1.0,
             max_track_error_m=3.0,
+            track_margin_m=1.0,
             energy=Energy(1200.0, 0.15, 5.0, 2.0, 1.5),
             cruise_height_m=10.0,
         )

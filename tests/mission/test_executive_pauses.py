@@ -85,6 +85,18 @@ def test_a_vehicle_that_does_not_keep_to_its_course_is_flown_more_slowly_from_th
     assert flight.executive.explored
 
 
+def test_a_vehicle_that_lags_is_slowed_down_before_it_comes_too_close_to_anything():
+    flight = Flight().exploring()
+    flight.push = np.array([0.0, 1.5, 0.0])
+    flight.run_for(5.0)
+    assert flight.executive.course is not None
+    assert flight.executive.course.at(flight.now_s).rate == 1.0, "nothing is near"
+    flight.obstacle = flight.vehicle.position + np.array([0.0, 0.0, 6.0])
+    flight.run_for(3.0)
+    assert flight.phase is Phase.FOLLOWING
+    assert flight.executive.course.at(flight.now_s).rate == pytest.approx(0.7, abs=0.05)
+
+
 def test_a_pause_does_not_slow_it_down():
     flight = Flight().exploring()
     flight.tell(Operator.PAUSE)

@@ -14,6 +14,7 @@ MONITORS = Monitors(
     fence_distance_m=lambda place: 200.0 - float(place[0]),
     fence_tolerance_m=1.0,
     max_track_error_m=3.0,
+    track_margin_m=1.0,
     energy=ENERGY,
     cruise_height_m=30.0,
 )
