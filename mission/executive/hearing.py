@@ -198,7 +198,7 @@ class Hearing:
             self._strays_since_s = None
         elif self._strays_since_s is None:
             self._strays_since_s = now_s
-        elif now_s - self._strays_since_s >= _STRAYS_S and self._machine.slow_down():
+        elif now_s - self._strays_since_s >= _STRAYS_S and self._machine.slow_down(now_s):
             self._strays_since_s = None
             self._keeper.resume(now_s)
             self._machine.stream()

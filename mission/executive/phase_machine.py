@@ -65,7 +65,7 @@ class PhaseMachine:
         if row.goto is not None:
             self.interruption.begin(phase, goto, trigger)
         if goto is Phase.HOLDING and trigger in (Trigger.TOO_CLOSE, Trigger.OFF_TRACK):
-            self.slow_down()
+            self.slow_down(now_s)
         if phase is Phase.FOLLOWING:
             self._keeper.leave_exploration(now_s, self._vehicle.heard_s if trigger is Trigger.LINK_LOST else None)
         self.stay = Stay(goto, now_s, phase, self._vehicle.mode)
@@ -75,9 +75,12 @@ class PhaseMachine:
         self._enter(goto, now_s)
         return True
 
-    def slow_down(self) -> bool:
-        """From now on ask less of a vehicle that does not keep to its course; false: it is asked for little already."""
-        if slower := self._keeper.slow_down():
+    def slow_down(self, now_s: float) -> bool:
+        """From now on ask less of a vehicle that does not keep to its course; false: it is asked for little already.
+
+        One that was taken over in motion needs a moment to come to its course: that is no reason.
+        """
+        if slower := self.stay.settled(now_s) and self._keeper.slow_down():
             share = self._keeper.rate
             self.say(f"it does not keep to the course: from here on at {share:.0%} of the pace", warning=True)
         return slower
