@@ -199,7 +199,8 @@ class Executive:
         """
         self._watch_link(now_s)
         self._watch_course(now_s)
-        limit = limit_s(self.phase, self.assignment, self.exploration, self.course, self._patience)
+        keeper = self._keeper
+        limit = limit_s(self.phase, self.assignment, keeper.exploration, keeper.course, self._patience, keeper.rate)
         if self._machine.stay.lasted_s(now_s) > limit:
             self._fire(Trigger.TIMED_OUT, now_s)
         if (order := self._order.due(self._machine.stay, self._vehicle, now_s)) is not None:

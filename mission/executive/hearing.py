@@ -17,7 +17,7 @@ from sim_bridge.state import FlightMode, VehicleState
 
 _ALARM_INTERVAL_S = 0.1
 _BEHIND_SHARE = 0.2
-# Gusts pass, lag stays; and the last slowing down takes this long to show.
+# Gusts pass, lag stays.
 _STRAYS_S = 2.0
 _ALARM_TRIGGER = {
     Alarm.OUTSIDE: Trigger.OUTSIDE,
@@ -199,6 +199,7 @@ class Hearing:
         elif self._strays_since_s is None:
             self._strays_since_s = now_s
         elif now_s - self._strays_since_s >= _STRAYS_S and self._machine.slow_down(now_s):
-            self._strays_since_s = None
+            # What was asked for less shows only after a while.
+            self._strays_since_s = now_s + _STRAYS_S
             self._keeper.resume(now_s)
             self._machine.stream()

@@ -53,7 +53,12 @@ class Stay:
 
 
 def limit_s(
-    phase: Phase, assignment: Assignment, exploration: Trajectory, course: Course | None, patience: float
+    phase: Phase,
+    assignment: Assignment,
+    exploration: Trajectory,
+    course: Course | None,
+    patience: float,
+    rate: float = 1.0,
 ) -> float:
     """How long a stay in a phase may last, flight seconds.
 
@@ -63,12 +68,13 @@ def limit_s(
         exploration: The curve it explores on.
         course: What it follows; None: nothing.
         patience: Flight seconds a host second, for what takes the host's time.
+        rate: Curve seconds a second that are flown.
     """
     match phase:
         case Phase.TAKING_OFF:
             return 3.0 * assignment.takeoff_altitude_m / assignment.max_climb_mps + 60.0
         case Phase.TRANSIT | Phase.RETURNING | Phase.FOLLOWING if course is not None:
-            return 2.0 * course.trajectory.duration_s + 60.0 + exploration.end_s
+            return (2.0 * course.trajectory.duration_s + exploration.end_s) / rate + 60.0
         case Phase.AUTO_MISSION:
             return 3.0 * exploration.duration_s + 300.0
         case Phase.WAITING_READY:

@@ -3,8 +3,10 @@
 import numpy as np
 import pytest
 
+from mission.executive.course import Course
 from mission.executive.events import Operator, Stalled, StreamFailed
 from mission.executive.phases import Phase
+from mission.executive.stay import limit_s
 from sim_bridge.state import Command
 from tests.mission.rehearsed_flight import LIMITS, Flight, largest_jump_mps
 
@@ -83,6 +85,16 @@ def test_a_vehicle_that_does_not_keep_to_its_course_is_flown_more_slowly_from_th
     flight.run()
     assert flight.phase is Phase.LANDED
     assert flight.executive.explored
+    assert Phase.RETURNING in flight.phases
+
+
+def test_a_slow_flight_has_more_time():
+    assignment, exploration = Flight().executive.assignment, Flight().executive.exploration
+    course = Course.begin(exploration, 0.0, 0.0, 3.0, 1.0)
+    full_s, slow_s = (limit_s(Phase.FOLLOWING, assignment, exploration, course, 1.0, rate) for rate in (1.0, 0.35))
+    assert full_s > exploration.duration_s
+    assert slow_s > exploration.duration_s / 0.35
+    assert slow_s - 60.0 == pytest.approx((full_s - 60.0) / 0.35)
 
 
 def test_a_vehicle_that_lags_is_slowed_down_before_it_comes_too_close_to_anything():
