@@ -35,6 +35,8 @@ POLISH = tuple(Round(float(penalty), 90 if penalty < 0.1 else 30) for penalty in
 WARM_POLISH = (Round(1.0, 60), Round(10.0, 60))
 REPAIR = (Round(1.0, 60), Round(10.0, 60), Round(100.0, 60))
 MOST_REPAIRS = 3
+MOST_SETS = 2
+"""Where not one candidate passes, so many sets of seeds are tried: other patterns find other ways."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -111,6 +113,8 @@ class _Work:
         # Whose newest version would be the better one if the gate let it through.
         self.refused: list[bool] = []
         self.warm = False
+        # Sets of seeds that came to nothing.
+        self.spent = 0
         self.steps = 0
 
     def starting_set(self, warm_start: Sequence[Trajectory]) -> Particles:
@@ -123,7 +127,8 @@ class _Work:
         flown = [curve.headings_at(curve.start_s + moments) for curve in warm]
         missing = self.options.candidates - len(warm)
         if missing:
-            found = seed_paths(self.problem, missing, np.random.default_rng(self.options.seed))
+            everything = seed_paths(self.problem, (1 + self.spent) * missing, np.random.default_rng(self.options.seed))
+            found = everything[-missing:]
             self.patterns += [seed.pattern for seed in found]
             paths += [seed.points_m for seed in found]
         if self.options.modes[2] == 1:
@@ -153,7 +158,17 @@ class _Work:
             self.best[index] = better(kept, new)
 
     def refine(self, seeds: Particles) -> None:
-        """The product's own optimiser."""
+        """The product's own optimiser, from other seeds where these come to nothing."""
+        self._refine(seeds)
+        while not (self.warm or self.out_of_time() or any(one.feasible for one in self.best)):
+            self.spent += 1
+            if self.spent == MOST_SETS:
+                break
+            others = self.starting_set(())
+            self.offer(others)
+            self._refine(others)
+
+    def _refine(self, seeds: Particles) -> None:
         particles = seeds
         if self.options.candidates > 1 and not self.warm and not self.out_of_time():
             self.progress(Progress("stein", 0.05))
