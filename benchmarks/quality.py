@@ -37,6 +37,7 @@ ROWS = (4, 5, 6, 8)
 MIXTURES = 20
 # A path that begins and ends at rest is shorter than its greatest speed makes it: plain SVGD's knows no rest.
 REACH = 1.08
+FASTER = 1.15
 
 
 def problem_of(workspace: Workspace, information: DensityGrid, length: float, start: np.ndarray) -> Problem:
@@ -80,13 +81,17 @@ def level() -> None:
     linear, squared = MetricWeights.LINEAR, MetricWeights.SQUARED
     cases = [(f"square, {rows} rows", FLAT, (8, 8, 1), (rows - 1) + (rows - 1) / rows, rows, linear) for rows in ROWS]
     cases += [
-        ("square, 5.3", FLAT, (8, 8, 1), 5.3, 5, linear),
-        ("cube, 10", CUBE, (8, 8, 8), 10.0, 4, linear),
-        ("cube, 10, by E(sq)", CUBE, (8, 8, 8), 10.0, 4, squared),
+        ("square, at most 5.3", FLAT, (8, 8, 1), 5.3, 5, linear),
+        ("cube, at most 10", CUBE, (8, 8, 8), 10.0, 4, linear),
+        ("cube, at most 10, by E(sq)", CUBE, (8, 8, 8), 10.0, 4, squared),
     ]
     for name, box, modes, length, rows, weights in cases:
         start = np.full(3, 0.5 / rows) * box.lengths_m
         problem = problem_of(box, uniform(box, (32, 32, 8)), length, start)
+        if "at most" in name:
+            # Speed enough to be as long as is allowed, starting and ending at rest.
+            faster = problem_of(box, problem.information, FASTER * length, start)
+            problem = dataclasses.replace(faster, max_length_m=length)
         options = Options(candidates=12, modes=modes, metric_weights=weights)
         solve(problem, options)
         started_s = time.perf_counter()

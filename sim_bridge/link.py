@@ -18,7 +18,7 @@ from pathlib import Path
 from mavsdk import Configuration, Mavsdk, System, log_subscribe
 from mavsdk.plugins.offboard import AccelerationNed, Offboard, PositionNedYaw, VelocityNedYaw
 
-from sim_bridge.codec import mavlink
+from sim_bridge.codec import Message, mavlink
 from sim_bridge.frames import VehicleFrame
 from sim_bridge.link_autopilot import Autopilot
 from sim_bridge.link_commands import OWN_COMPONENT, OWN_SYSTEM, Commands
@@ -192,8 +192,7 @@ class Link:
                     if self._commands is not None and isinstance(event, VehicleState | Waiting):
                         self._commands.told(waits=isinstance(event, Waiting))
                     self._inbox.post(host_s, event)
-                if accepted.message.get_msgId() != mavlink.MAVLINK_MSG_ID_STATUSTEXT:
-                    # mavsdk would only print a text, whatever bytes a vehicle put into it.
+                if _is_for_mavsdk(accepted.message):
                     self._sdk.pass_received_raw_bytes(accepted.frame)
 
     # Telling.
@@ -258,3 +257,16 @@ class Link:
     def _seal_and_send(self, frame: bytes) -> None:
         if sealed := self._guard.seal(frame):
             self._wire.send(sealed)
+
+
+def _is_for_mavsdk(message: Message) -> bool:
+    """Whether mavsdk is to hear a message that was let in."""
+    match message.get_msgId():
+        case mavlink.MAVLINK_MSG_ID_STATUSTEXT:
+            # It would only print a text, whatever bytes a vehicle put into it.
+            return False
+        case mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
+            # One with a result that it does not know is no end of the command to it, and the second ends the process.
+            return message.result <= mavlink.MAV_RESULT_CANCELLED
+        case _:
+            return True

@@ -1,0 +1,71 @@
+"""Answers that a vehicle gives in parts, or that nobody knows: the client takes the last one, and lives."""
+
+import queue
+import time
+
+import pytest
+
+from sim_bridge.codec import Codec, frames_in, mavlink
+from sim_bridge.link import Link
+from sim_bridge.state import GeodeticPoint
+
+MODE = mavlink.MAV_CMD_DO_SET_MODE
+
+
+class Hesitating:
+    """A wire to a vehicle that says more than that a command is done.
+
+    Args:
+        results: What it answers each time.
+    """
+
+    def __init__(self, results: tuple[int, ...]) -> None:
+        self._results = results
+        self._codec = Codec(1, 1)
+        self._heard: queue.SimpleQueue[bytes] = queue.SimpleQueue()
+        self.asked = 0
+
+    def believe(self) -> None:
+        """There is nobody else."""
+
+    def receive(self, timeout_s: float) -> bytes:
+        """Its answers; else a heartbeat."""
+        try:
+            return self._heard.get(timeout=timeout_s)
+        except queue.Empty:
+            return self._codec.encode(mavlink.MAVLink_heartbeat_message(2, mavlink.MAV_AUTOPILOT_PX4, 1, 0, 3, 3))
+
+    def send(self, data: bytes) -> None:
+        """Answer what asks for a mode."""
+        wanted = [number for number, _ in frames_in(data)]
+        if mavlink.MAVLINK_MSG_ID_COMMAND_LONG not in wanted:
+            return
+        (asked,) = Codec(1, 1).decode(data)
+        if asked.command != MODE:
+            return
+        self.asked += 1
+        for result in self._results:
+            answer = mavlink.MAVLink_command_ack_message(MODE, result, 50, 0, asked.get_srcSystem(), 190)
+            self._heard.put(self._codec.encode(answer))
+
+    def close(self) -> None:
+        """Nothing to let go of."""
+
+
+@pytest.mark.parametrize(
+    "before",
+    [mavlink.MAV_RESULT_IN_PROGRESS, 9, 200],
+    ids=["progress", "new", "unknown"],
+)
+def test_what_comes_before_the_last_answer_does_no_harm(before):
+    wire = Hesitating((before, before, mavlink.MAV_RESULT_ACCEPTED, before))
+    link = Link(wire, GeodeticPoint(47.3977, 8.5456, 488.0))
+    try:
+        link.wait_heard(10.0)
+        assert link._commands is not None
+        link._commands._command_long(MODE, 1.0, 4.0, 4.0)
+        # A second answer would end the whole process, a moment after the first.
+        time.sleep(0.5)
+        assert wire.asked == 1
+    finally:
+        link.close()
