@@ -267,6 +267,6 @@ def _is_for_mavsdk(message: Message) -> bool:
             return False
         case mavlink.MAVLINK_MSG_ID_COMMAND_ACK:
             # One with a result that it does not know is no end of the command to it, and the second ends the process.
-            return message.result <= mavlink.MAV_RESULT_CANCELLED
+            return message.result <= mavlink.MAV_RESULT_IN_PROGRESS
         case _:
             return True
