@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from mission.executive import readings
-from mission.executive.course import CoursePoint
 from mission.executive.course_keeper import CourseKeeper
 from mission.executive.events import Assignment, FlightMethod
 from mission.executive.known_vehicle import KnownVehicle
@@ -18,7 +17,7 @@ from sim_bridge.state import FlightMode, VehicleState
 _ALARM_INTERVAL_S = 0.1
 _BEHIND_SHARE = 0.2
 # Gusts pass, lag stays.
-_STRAYS_S = 2.0
+_STRAYS_S = 1.0
 _ALARM_TRIGGER = {
     Alarm.OUTSIDE: Trigger.OUTSIDE,
     Alarm.BATTERY_LOW: Trigger.BATTERY_LOW,
@@ -182,7 +181,7 @@ class Hearing:
         for alarm in alarms:
             if self._fire(_ALARM_TRIGGER[alarm], now_s):
                 return
-        self._keep_close(state, point if self._phase in ON_COURSE else None, now_s)
+        self._keep_close(state, now_s)
         if Alarm.BATTERY_LOW in alarms and not self._charge_told:
             self._charge_told = True
             self._machine.say("the charge left is less than the way home needs", warning=True)
@@ -192,9 +191,10 @@ class Hearing:
             if trigger is not None:
                 self._fire(trigger, now_s)
 
-    def _keep_close(self, state: VehicleState, point: CoursePoint | None, now_s: float) -> None:
+    def _keep_close(self, state: VehicleState, now_s: float) -> None:
         """Ask less of a vehicle that strays, before it comes too close to anything."""
-        if point is None or not self.monitors.strays(state, point):
+        course = self._keeper.course if self._phase in ON_COURSE else None
+        if course is None or not self.monitors.strays(state, course, now_s):
             self._strays_since_s = None
         elif self._strays_since_s is None:
             self._strays_since_s = now_s

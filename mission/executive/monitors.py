@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Float
 
-from mission.executive.course import CoursePoint
+from mission.executive.course import Course, CoursePoint
 from planner.problem import Limits
 from sim_bridge.state import Vector, VehicleState
 
@@ -23,8 +23,10 @@ _DETOUR = 1.15
 _LANDING_HEIGHT_M = 10.0
 _LANDING_SPEED_MPS = 0.6
 _LEAST_OBSERVATION_S = 60.0
-# An obstacle nearer than so many times the distance from the course may be hit by the next error.
-_NEAR_ERRORS = 5.0
+# Of the distance from its path that the plan's clearance allows for, this share is used up without a word.
+_KEPT_SHARE = 0.5
+# The path is looked for that far back, as setpoints are ahead of the vehicle, and looked along that far on.
+_BEHIND_S, _AHEAD_S, _AHEAD_STEP_S = 3.0, 5.0, 0.05
 _LEAST_DROP = 0.03
 
 
@@ -132,7 +134,7 @@ class Monitors:
     """Limits that hold while flying.
 
     Attributes:
-        clearance_m: Distance from the vehicle's hull to the nearest obstacle, for a position of shape (3,).
+        clearance_m: Distance from the vehicle's hull to the nearest obstacle, for positions of shape (..., 3).
         least_clearance_m: Below this the flight holds.
         fence_distance_m: Signed distance to the fence, positive inside, for a position of shape (3,).
         fence_tolerance_m: How far outside is not yet an alarm: estimates wander.
@@ -142,7 +144,7 @@ class Monitors:
         cruise_height_m: Height above home from which it lands.
     """
 
-    clearance_m: Callable[[Float[np.ndarray, "3"]], float]
+    clearance_m: Callable[[Float[np.ndarray, "*batch 3"]], Float[np.ndarray, "*batch"]]
     least_clearance_m: float
     fence_distance_m: Callable[[Float[np.ndarray, "3"]], float]
     fence_tolerance_m: float
@@ -182,13 +184,23 @@ class Monitors:
             found.append(Alarm.OFF_TRACK)
         return tuple(found)
 
-    def strays(self, state: VehicleState, point: CoursePoint) -> bool:
-        """Whether a vehicle is off its course by more than the plan allows for, where there is something to hit.
+    def strays(self, state: VehicleState, course: Course, now_s: float) -> bool:
+        """Whether a vehicle is so far beside its path that it may come too close to something soon.
+
+        To be behind on a proven path is no danger; to be beside it is one where the next seconds lead past something.
 
         Args:
             state: What the vehicle tells.
-            point: Where the course is at the state's moment.
+            course: What it follows.
+            now_s: Flight clock at the state's moment.
         """
-        position = np.asarray(state.position_enu_m)
-        error_m = float(np.linalg.norm(position - point.motion.position_m))
-        return error_m > self.track_margin_m and self.clearance_m(position) < _NEAR_ERRORS * error_m
+        position, point = np.asarray(state.position_enu_m), course.at(now_s)
+        kept_m = _KEPT_SHARE * self.track_margin_m
+        if float(np.linalg.norm(position - point.motion.position_m)) <= kept_m:
+            return False
+        nearest_s, beside_m = course.nearest(position, point.curve_s - _BEHIND_S, point.curve_s)
+        if beside_m <= kept_m:
+            return False
+        ahead_s = nearest_s + np.arange(0.0, _AHEAD_S, _AHEAD_STEP_S) * point.rate
+        ahead_m = course.positions_at(np.minimum(ahead_s, course.end_s))
+        return float(self.clearance_m(ahead_m).min()) - beside_m < self.track_margin_m - kept_m

@@ -327,7 +327,7 @@ class FlightLoop:
                 time_s=now_s,
                 phase=executive.phase,
                 explored=min(1.0, executive.explored_s(now_s) / end_s),
-                clearance_m=float("inf") if place is None else executive.monitors.clearance_m(place),
+                clearance_m=float("inf") if place is None else float(executive.monitors.clearance_m(place)),
                 battery_fraction=None if state is None else state.battery_fraction,
                 replans_taken=self.replans_taken,
             )

@@ -57,7 +57,7 @@ def monitors_of(mission: Mission, belief: Belief, energy: Energy) -> Monitors:
         return min(float(keep_in.distance(place[None, :2])[0]), ceiling_m - float(place[2]))
 
     return Monitors(
-        clearance_m=lambda place: float(belief.problem.obstacles.distance(place[None])[0]) - radius_m,
+        clearance_m=lambda places: belief.problem.obstacles.distance(places) - radius_m,
         least_clearance_m=_LEAST_CLEARANCE_SHARE * mission.flight.clearance_margin_m,
         fence_distance_m=fence_distance_m,
         fence_tolerance_m=_FENCE_TOLERANCE_M,

@@ -34,6 +34,7 @@ LIMITS = Limits(5.0, 2.0, 1.5, 3.0)
 STEP_S = 0.05
 CORNERS = np.array([[20.0, 0.0, 10.0], [60.0, 0.0, 10.0], [60.0, 40.0, 15.0], [20.0, 40.0, 12.0]])
 HEARTBEAT_LAG_S = 0.8
+FAR_AWAY = np.full(3, 1e4)
 
 
 class Vehicle:
@@ -139,10 +140,10 @@ class Flight:
             max_climb_mps=2.0,
         )
         assignment = dataclasses.replace(assignment, **changes)
-        self.obstacle: np.ndarray | None = None
+        self.obstacle = FAR_AWAY
         self.fence_east_m = 1000.0
         monitors = Monitors(
-            clearance_m=lambda p: 100.0 if self.obstacle is None else float(np.linalg.norm(p - self.obstacle)),
+            clearance_m=lambda places: np.linalg.norm(places - self.obstacle, axis=-1),
             least_clearance_m=0.5,
             fence_distance_m=lambda p: self.fence_east_m - float(p[0]),
             fence_tolerance_m=1.0,

@@ -16,7 +16,7 @@ from sim_bridge.state import (
     MissionProgress,
     StatusText,
 )
-from tests.mission.rehearsed_flight import CORNERS, LIMITS, Flight, largest_jump_mps
+from tests.mission.rehearsed_flight import CORNERS, FAR_AWAY, LIMITS, Flight, largest_jump_mps
 
 
 def test_a_flight_explores_everything_returns_and_lands():
@@ -120,7 +120,7 @@ def test_whatever_happens_in_whatever_order_the_flight_ends(seed):
             case 2:
                 flight.vehicle.silent = not flight.vehicle.silent
             case 3:
-                flight.obstacle = None if flight.obstacle is not None else flight.vehicle.position.copy()
+                flight.obstacle = flight.vehicle.position.copy() if flight.obstacle is FAR_AWAY else FAR_AWAY
             case 4:
                 flight.vehicle.battery = float(random.uniform(0.1, 1.0))
             case 5:
@@ -133,7 +133,7 @@ def test_whatever_happens_in_whatever_order_the_flight_ends(seed):
             case 8:
                 flight.tell(CourseBlocked(float(random.uniform(0.0, 40.0)), "a crane"))
     flight.vehicle.silent = False
-    flight.obstacle = None
+    flight.obstacle = FAR_AWAY
     flight.vehicle.refuse.clear()
     for wish in (Operator.RETURN, Operator.LAND):
         flight.run_for(60.0)

@@ -5,7 +5,7 @@ import pytest
 from mission.executive.events import FlightMethod, Operator
 from mission.executive.phases import Phase
 from sim_bridge.state import FlightMode
-from tests.mission.rehearsed_flight import Flight
+from tests.mission.rehearsed_flight import FAR_AWAY, Flight
 
 
 def test_the_way_home_is_flown_when_the_charge_is_what_it_needs():
@@ -62,7 +62,7 @@ def test_a_mission_that_the_vehicle_flies_by_itself_is_watched_and_called_off(al
     assert flight.phase is Phase.VEHICLE_RETURN
     flight.run_for(0.2)
     assert flight.vehicle.mode is FlightMode.RETURN
-    flight.obstacle, flight.fence_east_m = None, 1000.0
+    flight.obstacle, flight.fence_east_m = FAR_AWAY, 1000.0
     assert flight.run().phase is Phase.LANDED
 
 

@@ -8,7 +8,7 @@ from mission.executive.events import Operator, Stalled, StreamFailed
 from mission.executive.phases import Phase
 from mission.executive.stay import limit_s
 from sim_bridge.state import Command
-from tests.mission.rehearsed_flight import LIMITS, Flight, largest_jump_mps
+from tests.mission.rehearsed_flight import FAR_AWAY, LIMITS, Flight, largest_jump_mps
 
 
 def test_a_pause_stands_on_the_course_and_a_resume_goes_on_from_there():
@@ -43,7 +43,7 @@ def test_too_close_to_an_obstacle_it_holds_and_goes_on_when_clear():
     flight.obstacle = flight.vehicle.position.copy()
     flight.run_for(0.1)
     assert flight.phase is Phase.HOLDING
-    flight.obstacle = None
+    flight.obstacle = FAR_AWAY
     flight.run_for(8.0)
     assert flight.phase is Phase.FOLLOWING
 
@@ -53,7 +53,7 @@ def test_what_keeps_happening_ends_the_exploration():
     for _ in range(4):
         flight.obstacle = flight.vehicle.position.copy()
         flight.run_for(0.1)
-        flight.obstacle = None
+        flight.obstacle = FAR_AWAY
         flight.run_for(6.0)
     assert Phase.TURNING_BACK in flight.phases
     assert flight.run().phase is Phase.LANDED
@@ -97,16 +97,25 @@ def test_a_slow_flight_has_more_time():
     assert slow_s - 60.0 == pytest.approx((full_s - 60.0) / 0.35)
 
 
-def test_a_vehicle_that_lags_is_slowed_down_before_it_comes_too_close_to_anything():
-    flight = Flight().exploring()
-    flight.push = np.array([0.0, 1.5, 0.0])
-    flight.run_for(5.0)
-    assert flight.executive.course is not None
-    assert flight.executive.course.at(flight.now_s).rate == 1.0, "nothing is near"
-    flight.obstacle = flight.vehicle.position + np.array([0.0, 0.0, 6.0])
-    flight.run_for(3.0)
+@pytest.mark.parametrize(
+    ("beside_m", "behind_m", "obstacle_above_m", "rate"),
+    [(0.8, 0.0, 50.0, 1.0), (0.8, 0.0, 1.2, 0.7), (0.4, 0.0, 1.2, 1.0), (0.0, 1.5, 1.2, 1.0), (0.8, 0.0, 1.5, 1.0)],
+    ids=["nothing is near", "something is near", "kept well enough", "only behind", "not near enough"],
+)
+def test_a_vehicle_beside_its_path_is_slowed_down_before_it_comes_near_to_something(
+    beside_m, behind_m, obstacle_above_m, rate
+):
+    flight = Flight().exploring().run_for(8.0)
+    course = flight.executive.course
+    assert course is not None
+    ahead = course.motion_at(course.at(flight.now_s).curve_s + 3.0)
+    flight.obstacle = ahead.position_m + np.array([0.0, 0.0, obstacle_above_m])
+    along = ahead.velocity_mps / np.linalg.norm(ahead.velocity_mps)
+    flight.push = np.array([0.0, 0.0, -beside_m]) - behind_m * along
+    flight.run_for(2.5)
     assert flight.phase is Phase.FOLLOWING
-    assert flight.executive.course.at(flight.now_s).rate == pytest.approx(0.7, abs=0.05)
+    assert flight.executive.course is not None
+    assert flight.executive.course.at(flight.now_s).rate == pytest.approx(rate, abs=0.05)
 
 
 def test_a_pause_does_not_slow_it_down():

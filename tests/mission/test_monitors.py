@@ -9,7 +9,7 @@ from mission.executive.monitors import Alarm, Consumption, Monitors
 from tests.mission.flying_vehicle import ENERGY, STATE
 
 MONITORS = Monitors(
-    clearance_m=lambda place: float(place[0]) - 50.0,
+    clearance_m=lambda places: places[..., 0] - 50.0,
     least_clearance_m=1.0,
     fence_distance_m=lambda place: 200.0 - float(place[0]),
     fence_tolerance_m=1.0,
