@@ -189,16 +189,22 @@ def _forward(metric, position_unit, time_weight):  # noqa: ANN001 (custom_vjp's 
     weighted = metric.weights * residual
     modes = metric.target.shape
     flat = weighted.reshape(modes[0], -1).T
-    along = flat @ cos0
-    by_pair = along.reshape(modes[1], modes[2], -1)
-    gradient = jnp.stack(
-        [
-            jnp.sum((flat @ sin0) * _pairs(cos1, cos2), axis=0),
-            jnp.sum(jnp.sum(by_pair * cos2, axis=1) * sin1, axis=0),
-            jnp.sum(jnp.sum(by_pair * cos1[:, None], axis=0) * sin2, axis=0),
-        ],
-        axis=-1,
-    )
+    if modes[2] == 1:
+        # One product for both axes is a fifth faster here, and slower where it is large.
+        count = position_unit.shape[0]
+        both = jax.lax.optimization_barrier(flat @ jnp.concatenate([sin0, cos0], axis=1))
+        first, second = jnp.sum(both[:, :count] * cos1, axis=0), jnp.sum(both[:, count:] * sin1, axis=0)
+        gradient = jnp.stack([first, second, jnp.zeros_like(first)], axis=-1)
+    else:
+        by_pair = (flat @ cos0).reshape(modes[1], modes[2], -1)
+        gradient = jnp.stack(
+            [
+                jnp.sum((flat @ sin0) * _pairs(cos1, cos2), axis=0),
+                jnp.sum(jnp.sum(by_pair * cos2, axis=1) * sin1, axis=0),
+                jnp.sum(jnp.sum(by_pair * cos1[:, None], axis=0) * sin2, axis=0),
+            ],
+            axis=-1,
+        )
     factor = 2.0 * (1.0 - metric.covered_share)
     return jnp.sum(weighted * residual), (factor * gradient * time_weight[:, None], metric, time_weight)
 

@@ -55,9 +55,9 @@ class CourseKeeper:
         weaker_mps2 = min(self._assignment.max_acceleration_mps2, limits.max_acceleration_mps2)
         self._assignment = dataclasses.replace(self._assignment, max_acceleration_mps2=weaker_mps2)
 
-    def slow_down(self) -> bool:
-        """Fly on more slowly; false: it is as slow as it gets."""
-        before, self.rate = self.rate, max(_SLOWEST, _SLOWER * self.rate)
+    def slow_down(self, share: float) -> bool:
+        """Fly on more slowly, at this share of the pace or less; false: it is as slow as it gets."""
+        before, self.rate = self.rate, max(_SLOWEST, min(_SLOWER, share) * self.rate)
         return self.rate < before
 
     def stand(self, state: VehicleState, now_s: float) -> None:

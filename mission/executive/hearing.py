@@ -194,11 +194,12 @@ class Hearing:
     def _keep_close(self, state: VehicleState, now_s: float) -> None:
         """Ask less of a vehicle that strays, before it comes too close to anything."""
         course = self._keeper.course if self._phase in ON_COURSE else None
-        if course is None or not self.monitors.strays(state, course, now_s):
+        share = 1.0 if course is None else self.monitors.manageable_share(state, course, now_s)
+        if share == 1.0:
             self._strays_since_s = None
         elif self._strays_since_s is None:
             self._strays_since_s = now_s
-        elif now_s - self._strays_since_s >= _STRAYS_S and self._machine.slow_down(now_s):
+        elif now_s - self._strays_since_s >= _STRAYS_S and self._machine.slow_down(now_s, share):
             # What was asked for less shows only after a while.
             self._strays_since_s = now_s + _STRAYS_S
             self._keeper.resume(now_s)

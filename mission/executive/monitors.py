@@ -184,10 +184,11 @@ class Monitors:
             found.append(Alarm.OFF_TRACK)
         return tuple(found)
 
-    def strays(self, state: VehicleState, course: Course, now_s: float) -> bool:
-        """Whether a vehicle is so far beside its path that it may come too close to something soon.
+    def manageable_share(self, state: VehicleState, course: Course, now_s: float) -> float:
+        """What share of its pace a vehicle can be asked for that is too far beside its path; one: all of it.
 
         To be behind on a proven path is no danger; to be beside it is one where the next seconds lead past something.
+        The distance from the path is taken to grow in proportion to the pace.
 
         Args:
             state: What the vehicle tells.
@@ -197,10 +198,11 @@ class Monitors:
         position, point = np.asarray(state.position_enu_m), course.at(now_s)
         kept_m = _KEPT_SHARE * self.track_margin_m
         if float(np.linalg.norm(position - point.motion.position_m)) <= kept_m:
-            return False
+            return 1.0
         nearest_s, beside_m = course.nearest(position, point.curve_s - _BEHIND_S, point.curve_s)
         if beside_m <= kept_m:
-            return False
+            return 1.0
         ahead_s = nearest_s + np.arange(0.0, _AHEAD_S, _AHEAD_STEP_S) * point.rate
         ahead_m = course.positions_at(np.minimum(ahead_s, course.end_s))
-        return float(self.clearance_m(ahead_m).min()) - beside_m < self.track_margin_m - kept_m
+        left_m = float(self.clearance_m(ahead_m).min()) - beside_m
+        return kept_m / beside_m if left_m < self.track_margin_m - kept_m else 1.0

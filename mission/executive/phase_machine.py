@@ -75,12 +75,16 @@ class PhaseMachine:
         self._enter(goto, now_s)
         return True
 
-    def slow_down(self, now_s: float) -> bool:
+    def slow_down(self, now_s: float, share: float = 1.0) -> bool:
         """From now on ask less of a vehicle that does not keep to its course; false: it is asked for little already.
 
         One that was taken over in motion needs a moment to come to its course: that is no reason.
+
+        Args:
+            now_s: Flight clock.
+            share: Of its pace that it is thought to manage.
         """
-        if slower := self.stay.settled(now_s) and self._keeper.slow_down():
+        if slower := self.stay.settled(now_s) and self._keeper.slow_down(share):
             share = self._keeper.rate
             self.say(f"it does not keep to the course: from here on at {share:.0%} of the pace", warning=True)
         return slower
