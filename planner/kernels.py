@@ -33,6 +33,7 @@ Departures from SVES:
 from __future__ import annotations
 
 import functools
+import math
 
 import jax
 import jax.numpy as jnp
@@ -45,7 +46,7 @@ from planner.signature_kernel import signature_terms
 SMALLEST_BANDWIDTH_PER_KNOT = 1e-6
 """Floor of h, unit² for each knot: candidates closer than a thousandth of the box count as coinciding."""
 
-BANDWIDTH_TIMES = 16
+BANDWIDTH_DISTANCES = 500
 
 Terms = tuple[Float[Array, "particle particle"], Float[Array, "particle knot axis"]]
 
@@ -164,8 +165,9 @@ def markov_complete_terms(particles: Float[Array, "particle knot axis"]) -> Term
 
 def _bandwidth_over_time(by_time: Float[Array, "knot particle axis"]) -> Float[Array, ""]:
     """The median bandwidth of the distances at equal times, of which a few tell it: sorting all would be slow."""
-    knots = by_time.shape[0]
-    chosen = np.unique(np.round(np.linspace(0, knots - 1, min(knots, BANDWIDTH_TIMES))).astype(int))
+    knots, count, _ = by_time.shape
+    times = min(knots, math.ceil(BANDWIDTH_DISTANCES / max(1, count * (count - 1) // 2)))
+    chosen = ((np.arange(times) + 0.5) / times * knots).astype(int)
     some = by_time[chosen]
     return median_bandwidth(_squared_distances(some, some), SMALLEST_BANDWIDTH_PER_KNOT)
 
