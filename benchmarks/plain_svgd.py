@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 
 import jax
 import numpy as np
 
+from benchmarks.gradient import naive_metric
 from benchmarks.sves.recipe import Recipe, World, start_set, steps_of, world
 from planner.spectral_metric import SpectralMetric
 
@@ -23,7 +25,18 @@ def random_set(metric: SpectralMetric, axes: int, seed: int) -> np.ndarray:
     return start_set(place_of(metric, axes), PARTICLES, seed)
 
 
-@functools.partial(jax.jit, static_argnames="axes")
-def plain_svgd(metric: SpectralMetric, start: jax.Array, axes: int) -> jax.Array:
-    """The set after all steps, with the corrections without which the recipe finds nothing (`Recipe`'s defaults)."""
-    return steps_of(Recipe(), place_of(metric, axes), SVGD_STEPS)(start)
+@functools.partial(jax.jit, static_argnames=("axes", "autodiff"))
+def plain_svgd(metric: SpectralMetric, start: jax.Array, axes: int, *, autodiff: bool = False) -> jax.Array:
+    """The set after all steps, with the corrections without which the recipe finds nothing (`Recipe`'s defaults).
+
+    Args:
+        metric: The spectral metric.
+        start: Shape (particle, time, 3), unit cube.
+        axes: How many are optimised.
+        autodiff: Whether the metric is written and differentiated as public code does it; else it is the separable one.
+    """
+    place = place_of(metric, axes)
+    if autodiff:
+        naive = naive_metric(metric)
+        place = dataclasses.replace(place, metric=lambda path, _: naive(path))
+    return steps_of(Recipe(), place, SVGD_STEPS)(start)

@@ -9,6 +9,7 @@ from __future__ import annotations
 import dataclasses
 import enum
 import functools
+from collections.abc import Callable
 
 import jax
 import jax.numpy as jnp
@@ -71,7 +72,7 @@ class World:
         moves: 1 for the coordinates that are optimised, shape (3,).
     """
 
-    metric: SpectralMetric
+    metric: Callable[[jax.Array, jax.Array], jax.Array]
     centers: np.ndarray
     radii: np.ndarray
     line: np.ndarray
