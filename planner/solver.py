@@ -1,9 +1,8 @@
 """From a problem to a set of proven, different paths (SVES Alg. 1, then a polish of each candidate).
 
-seeds → a first descent, each on its own → Stein steps, together → rounds of multipliers, each on its own → ways around
-for those that the gate refuses → gate → selection. Stein steps part what the candidates are about to become, and not
-seeds that a descent would lead together again. The caller owns the clock: `out_of_time` is asked between the compiled
-pieces, and the best proven set so far returns.
+seeds → Stein steps, together → rounds of multipliers, each on its own → ways around for those that the gate refuses →
+gate → selection. The caller owns the clock: `out_of_time` is asked between the compiled pieces, and the best proven set
+so far returns.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ class Progress:
     """How far a solve is.
 
     Attributes:
-        phase: What it does: "seeds", "descent", "stein", "polish", "repair", "gate".
+        phase: What it does: "seeds", "stein", "polish", "repair", "gate".
         done: Share of the whole work, 0 … 1.
         best_ergodic_metric: Lowest E so far; None before the first round.
     """
@@ -170,15 +169,12 @@ class _Work:
             self._refine(others)
 
     def _refine(self, seeds: Particles) -> None:
-        if self.warm or self.options.candidates == 1:
-            self._polish(seeds, WARM_POLISH if self.warm else POLISH, "polish", 0.05, 0.8)
-        else:
-            particles = self._descended(seeds, POLISH[:1], "descent", 0.05, 0.1)
-            if not self.out_of_time():
-                self.progress(Progress("stein", 0.1))
-                particles = explored(self.scene, particles, self.options.kernel, self.options.seed)
-                self.steps += STEIN_STEPS
-            self._polish(particles, POLISH[1:], "polish", 0.15, 0.8)
+        particles = seeds
+        if self.options.candidates > 1 and not self.warm and not self.out_of_time():
+            self.progress(Progress("stein", 0.05))
+            particles = explored(self.scene, particles, self.options.kernel, self.options.seed)
+            self.steps += STEIN_STEPS
+        self._polish(particles, WARM_POLISH if self.warm else POLISH, "polish", 0.1, 0.8)
         for repair in range(MOST_REPAIRS):
             if self.out_of_time() or not any(self.refused):
                 break
@@ -211,12 +207,6 @@ class _Work:
     def _polish(
         self, particles: Particles, rounds: Sequence[Round], phase: str, done_from: float, done_to: float
     ) -> None:
-        self._last = self._descended(particles, rounds, phase, done_from, done_to)
-        self.offer(self._last)
-
-    def _descended(
-        self, particles: Particles, rounds: Sequence[Round], phase: str, done_from: float, done_to: float
-    ) -> Particles:
         done = 0
 
         def after_round(lowest: float) -> bool:
@@ -225,9 +215,9 @@ class _Work:
             self.progress(Progress(phase, done_from + (done_to - done_from) * done / len(rounds), lowest))
             return not self.out_of_time()
 
-        found, steps = polished(self.scene, particles, () if self.out_of_time() else rounds, after_round)
+        self._last, steps = polished(self.scene, particles, rounds, after_round)
         self.steps += steps
-        return found
+        self.offer(self._last)
 
     def _around_obstacles(self, particles: Particles) -> Particles:
         """The set with its refused candidates led around what they run through."""
