@@ -84,6 +84,18 @@ class SpectralMetric(eqx.Module):
         """
         return _ergodic_metric(self, position_unit, time_weight)
 
+    def residual(
+        self, position_unit: Float[Array, "time 3"], time_weight: Float[Array, "time"]
+    ) -> Float[Array, "k0 k1 k2"]:
+        """c_k − φ_k of one path, with memory in c: E is the sum of its squares by Λ_k.
+
+        Args:
+            position_unit: Samples in the unit cube.
+            time_weight: Share of the path's time that each sample stands for; sums to one.
+        """
+        modes = self.target.shape
+        return _residual(self, tuple(_tables(position_unit[:, axis], modes[axis])[0] for axis in range(3)), time_weight)
+
 
 def mode_weights(modes: tuple[int, ...], convention: MetricWeights) -> Float[np.ndarray, "k0 k1 k2"]:
     """Λ_k for every mode.
@@ -161,7 +173,6 @@ def _residual(
     cosines: tuple[Float[Array, "k time"], ...],
     time_weight: Float[Array, "time"],
 ) -> Float[Array, "k0 k1 k2"]:
-    """The residual c − φ, with memory in c."""
     first, second, third = cosines
     path_mean = ((first * time_weight) @ _pairs(second, third).T).reshape(metric.target.shape)
     share = metric.covered_share
@@ -177,9 +188,7 @@ def _pairs(second: Float[Array, "k1 time"], third: Float[Array, "k2 time"]) -> F
 def _ergodic_metric(
     metric: SpectralMetric, position_unit: Float[Array, "time 3"], time_weight: Float[Array, "time"]
 ) -> Float[Array, ""]:
-    cosines = tuple(_tables(position_unit[:, axis], metric.target.shape[axis])[0] for axis in range(3))
-    residual = _residual(metric, cosines, time_weight)
-    return jnp.sum(metric.weights * residual**2)
+    return jnp.sum(metric.weights * metric.residual(position_unit, time_weight) ** 2)
 
 
 def _forward(metric, position_unit, time_weight):  # noqa: ANN001 (custom_vjp's own signature)
