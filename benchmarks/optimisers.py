@@ -135,9 +135,8 @@ def solved(problem: Problem, options: Options) -> tuple[Plan, Course, float]:
 def main() -> None:
     """Print the table."""
     print(machine())
-    print(
-        "| example | changed | time to E | best E | median E | passed | distinct plans | warm |\n|---|---|---|---|---|---|---|---|"
-    )
+    print("| example | changed | time to E | best E | median E | passed | distinct plans | warm |")
+    print("|---|---|---|---|---|---|---|---|")
     for example in ("forest", "search", "city"):
         mission = load(f"examples/{example}.toml")
         problem, options = problem_from_mission(mission), options_from_mission(mission)
