@@ -11,7 +11,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
 from planner import lbfgs
-from planner.augmented_lagrangian import LARGEST_RESCALE, SMALLEST_METRIC, Info, State, cosine_basis, frequency_scale
+from planner.augmented_lagrangian import Info, State, concluded, cosine_basis, frequency_scale
 from planner.scene import Scene
 from planner.spectral_metric import SpectralMetric
 
@@ -86,11 +86,4 @@ def gauss_newton_step(
     steps = jnp.maximum(1, inner_steps // EVALUATIONS_A_STEP)
     start = jnp.zeros(state.free.size, state.free.dtype)
     flat, _ = jax.lax.fori_loop(0, steps, body, (start, jnp.float32(DAMPING)))
-    free = free_of(flat)
-    control = scene.control_points(free)
-    positions = scene.positions(control)
-    broken, found = scene.constraints(control, positions), scene.ergodic_metric(positions)
-    low, high = state.reference / LARGEST_RESCALE, state.reference * LARGEST_RESCALE
-    reference = jnp.clip(jnp.maximum(found, SMALLEST_METRIC), low, high)
-    multipliers = jnp.maximum(0.0, state.multipliers + penalty * broken) * (state.reference / reference)
-    return State(free, multipliers, reference), Info(found, jnp.max(broken), jnp.ones(()))
+    return concluded(scene, state, free_of(flat), penalty, jnp.ones(()))

@@ -111,7 +111,25 @@ def step(scene: Scene, state: State, penalty: Float[Array, ""], inner_steps: Int
     inner = lbfgs.init(value_and_gradient, jnp.zeros(state.free.size, state.free.dtype), FIRST_STEP_UNIT)
 
     inner = jax.lax.fori_loop(0, inner_steps, lambda _, inner: lbfgs.step(value_and_gradient, inner)[0], inner)
-    free = free_of(inner.position)
+    return concluded(scene, state, free_of(inner.position), penalty, 1.0 - inner.refused / inner_steps)
+
+
+def concluded(
+    scene: Scene,
+    state: State,
+    free: Float[Array, "free axis"],
+    penalty: Float[Array, ""],
+    accepted_share: Float[Array, ""],
+) -> tuple[State, Info]:
+    """The end of a round: multipliers and E_ref follow what its minimisation came to.
+
+    Args:
+        scene: What the candidate is measured against.
+        state: The candidate before the round.
+        free: Its free control points after it.
+        penalty: ρ of the round.
+        accepted_share: Share of the steps that moved.
+    """
     control = scene.control_points(free)
     positions = scene.positions(control)
     broken = scene.constraints(control, positions)
@@ -122,7 +140,7 @@ def step(scene: Scene, state: State, penalty: Float[Array, ""], inner_steps: Int
         state.reference * LARGEST_RESCALE,
     )
     multipliers = jnp.maximum(0.0, state.multipliers + penalty * broken) * (state.reference / reference)
-    return State(free, multipliers, reference), Info(metric, jnp.max(broken), 1.0 - inner.refused / inner_steps)
+    return State(free, multipliers, reference), Info(metric, jnp.max(broken), accepted_share)
 
 
 def cosine_basis(count: int) -> Float[np.ndarray, "free frequency"]:

@@ -35,6 +35,9 @@ POLISH = tuple(Round(float(penalty), 90 if penalty < 0.1 else 30) for penalty in
 WARM_POLISH = (Round(1.0, 60), Round(10.0, 60))
 REPAIR = (Round(1.0, 60), Round(10.0, 60), Round(100.0, 60))
 MOST_REPAIRS = 3
+REPAIR_PORTIONS = 4
+"""Few candidates need repair: one of so many parts of the set is compiled for it. For a replan, which must not compile
+anything in flight, it is the whole set."""
 MOST_SETS = 2
 """Where not one candidate passes, so many sets of seeds are tried: other patterns find other ways."""
 
@@ -144,12 +147,17 @@ class _Work:
         ]
         return np.stack([self._free_along(path, heading) for path, heading in zip(paths, turned, strict=True)])
 
-    def offer(self, particles: Particles) -> None:
-        """Show a set to the gate, and keep of each candidate the better version."""
-        for index, (points, pattern) in enumerate(zip(particles, self.patterns, strict=True)):
+    def offer(self, particles: Particles, places: Sequence[int] | None = None) -> None:
+        """Show candidates to the gate, and keep of each the better version.
+
+        Args:
+            particles: Their free control points.
+            places: Which of the set they are; None: all of it.
+        """
+        for index, points in zip(range(len(particles)) if places is None else places, particles, strict=True):
             if not np.isfinite(points).all():
                 continue
-            new = self.judge.candidate(trajectory_of(self.problem, points), pattern)
+            new = self.judge.candidate(trajectory_of(self.problem, points), self.patterns[index])
             if index == len(self.best):
                 self.best.append(new)
                 self.refused.append(False)
@@ -174,14 +182,32 @@ class _Work:
             self.progress(Progress("stein", 0.05))
             particles = explored(self.scene, particles, self.options.kernel, self.options.seed)
             self.steps += STEIN_STEPS
-        self._polish(particles, WARM_POLISH if self.warm else POLISH, "polish", 0.1, 0.8)
+        self._polish(particles, WARM_POLISH if self.warm else POLISH, 0.1, 0.8)
         for repair in range(MOST_REPAIRS):
             if self.out_of_time() or not any(self.refused):
                 break
-            # From where the optimiser left off, which is nearer to good than the seed that may have been kept.
-            detours = self._around_obstacles(self._last)
             at = 0.8 + 0.15 * repair / MOST_REPAIRS
-            self._polish(detours, REPAIR, "repair", at, at + 0.15 / MOST_REPAIRS)
+            self._repair(at, at + 0.15 / MOST_REPAIRS)
+
+    def _repair(self, done_from: float, done_to: float) -> None:
+        """Lead those that the gate refuses around what they run through, and polish them, a few at a time."""
+        # From where the optimiser left off, which is nearer to good than the seed that may have been kept.
+        detours = self._around_obstacles(self._last)
+        refused = np.flatnonzero(self.refused)
+        width = len(detours) if self.warm else -(-len(detours) // REPAIR_PORTIONS)
+        for first in range(0, len(refused), width):
+            portion = refused[first : first + width]
+            share = (done_to - done_from) / len(refused)
+            # One width is one compiled shape, so what is missing is filled up.
+            found = self._descended(
+                detours[np.resize(portion, width)],
+                REPAIR,
+                "repair",
+                done_from + share * first,
+                done_from + share * (first + len(portion)),
+            )[: len(portion)]
+            self._last[portion] = found
+            self.offer(found, portion.tolist())
 
     def plan(self) -> Plan:
         """Select, and measure the set against the baseline."""
@@ -204,9 +230,13 @@ class _Work:
             steps=self.steps,
         )
 
-    def _polish(
+    def _polish(self, particles: Particles, rounds: Sequence[Round], done_from: float, done_to: float) -> None:
+        self._last = np.array(self._descended(particles, rounds, "polish", done_from, done_to))
+        self.offer(self._last)
+
+    def _descended(
         self, particles: Particles, rounds: Sequence[Round], phase: str, done_from: float, done_to: float
-    ) -> None:
+    ) -> Particles:
         done = 0
 
         def after_round(lowest: float) -> bool:
@@ -215,9 +245,9 @@ class _Work:
             self.progress(Progress(phase, done_from + (done_to - done_from) * done / len(rounds), lowest))
             return not self.out_of_time()
 
-        self._last, steps = polished(self.scene, particles, rounds, after_round)
+        found, steps = polished(self.scene, particles, rounds, after_round)
         self.steps += steps
-        self.offer(self._last)
+        return found
 
     def _around_obstacles(self, particles: Particles) -> Particles:
         """The set with its refused candidates led around what they run through."""
