@@ -13,18 +13,18 @@ from typing import Annotated
 
 import typer
 
-from sim_bridge.airframes import AirframeKind, airframe
-from sim_bridge.body import VehicleConfig
 from sim_bridge.channel import Quality
+from sim_bridge.dialects import Autopilot
 from sim_bridge.faults import AnyFault, parse_fault, read_faults
 from sim_bridge.frames import geodetic_from_enu
-from sim_bridge.kinematics import Wind
-from sim_bridge.link_autopilot import Autopilot
 from sim_bridge.signing import Signatures, read_key, time_10us
 from sim_bridge.simulator import Simulator, make_autopilot
 from sim_bridge.state import GeodeticPoint
 from sim_bridge.station import Station
 from sim_bridge.telemetry_log import TelemetryLog
+from sim_bridge.vehicle.airframes import AirframeKind, airframe
+from sim_bridge.vehicle.body import VehicleConfig
+from sim_bridge.vehicle.kinematics import Wind
 
 SPACING_M = 5.0
 

@@ -17,7 +17,7 @@ import math
 
 import pymap3d
 
-from sim_bridge.link_autopilot import Autopilot
+from sim_bridge.dialects import Autopilot
 from sim_bridge.state import GeodeticPoint, Setpoint, Vector
 
 PX4_EARTH_RADIUS_M = 6_371_000.0

@@ -17,14 +17,14 @@ import sys
 import time
 from collections.abc import Callable, Sequence
 
-from sim_bridge.airframes import AirframeKind
-from sim_bridge.ardupilot import ArduCopter
-from sim_bridge.autopilot import VehicleAutopilot
-from sim_bridge.body import VehicleConfig
-from sim_bridge.link_autopilot import Autopilot
-from sim_bridge.px4 import Px4
+from sim_bridge.ardupilot.vehicle import ArduCopter
+from sim_bridge.dialects import Autopilot
+from sim_bridge.px4.vehicle import Px4
 from sim_bridge.state import GeodeticPoint
 from sim_bridge.station import Station
+from sim_bridge.vehicle.airframes import AirframeKind
+from sim_bridge.vehicle.autopilot import VehicleAutopilot
+from sim_bridge.vehicle.body import VehicleConfig
 
 _HOST = "127.0.0.1"
 _LAST_PORT = 65535

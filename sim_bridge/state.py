@@ -64,7 +64,7 @@ class Setpoint:
 
 
 class FlightMode(enum.Enum):
-    """What a vehicle is doing, in words both autopilots share (numbers: `sim_bridge.link_autopilot`)."""
+    """What a vehicle is doing, in words both autopilots share (numbers: `sim_bridge.dialects`)."""
 
     EXTERNAL = "external"
     """Follows our setpoints: OFFBOARD on PX4, GUIDED on ArduPilot."""

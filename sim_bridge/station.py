@@ -8,11 +8,11 @@ from __future__ import annotations
 import struct
 from collections.abc import Callable, Sequence
 
-from sim_bridge.autopilot import VehicleAutopilot
 from sim_bridge.channel import Channel, Quality
 from sim_bridge.codec import Codec, Message, frames_in, mavlink
 from sim_bridge.faults import AnyFault, FaultDriver
 from sim_bridge.signing import Signatures
+from sim_bridge.vehicle.autopilot import VehicleAutopilot
 
 _SETPOINTS = (
     mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED,

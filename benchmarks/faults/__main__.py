@@ -17,7 +17,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from benchmarks.faults.matrix import FAULTS, MOMENTS, Cell, cells, fly_cell
-from sim_bridge.link_autopilot import Autopilot
+from sim_bridge.dialects import Autopilot
 
 SEEDS = 20
 Outcome = tuple[str, tuple[str, ...]]

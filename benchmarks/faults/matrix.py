@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterator
 
 from benchmarks.faults.rehearsal import REPLAN_EVERY_S, REPLAN_TAKES_S, Rehearsal, Rehearsed
 from mission.executive.phases import FINAL, Phase
+from sim_bridge.dialects import Autopilot
 from sim_bridge.faults import (
     AnyFault,
     ArmingRefused,
@@ -26,7 +27,6 @@ from sim_bridge.faults import (
     SecondStation,
     WindChange,
 )
-from sim_bridge.link_autopilot import Autopilot
 from sim_bridge.state import FlightMode
 
 PX4_LEVELS_S = 3.0

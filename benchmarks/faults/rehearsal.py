@@ -44,14 +44,14 @@ from mission.site.problem import problem_from_mission
 from planner import gate
 from planner.problem import Problem
 from planner.trajectory import Trajectory
-from sim_bridge.ardupilot import ArduCopter
-from sim_bridge.body import VehicleConfig
+from sim_bridge.ardupilot.vehicle import ArduCopter
+from sim_bridge.dialects import Autopilot
 from sim_bridge.faults import AnyFault
 from sim_bridge.frames import geodetic_from_enu
-from sim_bridge.link_autopilot import Autopilot
-from sim_bridge.px4 import Px4
+from sim_bridge.px4.vehicle import Px4
 from sim_bridge.state import GeodeticPoint, VehicleState
 from sim_bridge.station import Station
+from sim_bridge.vehicle.body import VehicleConfig
 
 MISSION = """
 [site]

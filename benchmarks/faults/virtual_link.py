@@ -14,11 +14,11 @@ import os
 os.environ.setdefault("MAVLINK20", "1")
 from pymavlink.dialects.v20 import common as mavlink
 
+from sim_bridge.dialects import Autopilot
 from sim_bridge.frames import VehicleFrame
-from sim_bridge.link_autopilot import Autopilot
-from sim_bridge.link_commands import OWN_COMPONENT, OWN_SYSTEM, STREAMS_HZ
-from sim_bridge.link_guard import Guard
-from sim_bridge.link_telemetry import Heard, Telemetry
+from sim_bridge.link.commands import OWN_COMPONENT, OWN_SYSTEM, STREAMS_HZ
+from sim_bridge.link.guard import Guard
+from sim_bridge.link.telemetry import Heard, Telemetry
 from sim_bridge.state import Command, CommandDone, FlightMode, GeodeticPoint, Setpoint, VehicleState, Waiting
 from sim_bridge.station import Station
 

@@ -13,12 +13,12 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from sim_bridge.autopilot import VehicleAutopilot
 from sim_bridge.codec import Codec, frames_in, mavlink
+from sim_bridge.dialects import flight_mode
 from sim_bridge.frames import VehicleFrame
-from sim_bridge.link_autopilot import flight_mode
 from sim_bridge.state import FlightMode, GeodeticPoint
 from sim_bridge.station import Station
+from sim_bridge.vehicle.autopilot import VehicleAutopilot
 
 STALE_S = 0.75
 """A setpoint that moves is old when it is heard again so long after the first time, bad lines included."""

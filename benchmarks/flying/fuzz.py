@@ -35,8 +35,8 @@ from mission.flying.belief import Belief
 from mission.flying.flight_rules import energy_of, monitors_of
 from mission.flying.ways import along
 from sim_bridge.codec import mavlink
-from sim_bridge.link import Link
-from sim_bridge.link_autopilot import Autopilot
+from sim_bridge.dialects import Autopilot
+from sim_bridge.link.client import Link
 from tests.sim_bridge.test_fuzz import VEHICLE, frame, fuzz
 
 FRAMES = 1_000_000

@@ -12,12 +12,12 @@ from mission.flying.vehicle_settings import Reach
 from mission.mission_file import Mission
 from mission.planning import Planned
 from mission.site.fence import planned_fence
-from sim_bridge.ardupilot_defaults import PARAMETERS as COPTER
+from sim_bridge.ardupilot.defaults import PARAMETERS as COPTER
+from sim_bridge.dialects import Autopilot
 from sim_bridge.frames import geodetic_from_enu
-from sim_bridge.link import Link
-from sim_bridge.link_autopilot import Autopilot
-from sim_bridge.link_commands import OWN_SYSTEM
-from sim_bridge.px4_defaults import PARAMETERS as PX4
+from sim_bridge.link.client import Link
+from sim_bridge.link.commands import OWN_SYSTEM
+from sim_bridge.px4.defaults import PARAMETERS as PX4
 
 SIM = "sim"
 """The address of the built-in vehicle."""
@@ -45,8 +45,8 @@ def vehicle_of(planned: Planned, address: str, speed: float, watcher: Watcher, c
     mission = planned.mission
     with contextlib.ExitStack() as stack:
         if address == SIM:
-            from sim_bridge.airframes import AirframeKind
             from sim_bridge.simulator import spawn
+            from sim_bridge.vehicle.airframes import AirframeKind
 
             small = mission.vehicle.preset == "crazyflie"
             simulator = spawn(

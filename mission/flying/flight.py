@@ -44,7 +44,7 @@ from mission.flying.uploads import upload_plan, upload_safety
 from mission.mission_file import Mission
 from mission.plan_output import plan_file_of, write_outputs
 from mission.planning import Planned
-from sim_bridge.link import Link
+from sim_bridge.link.client import Link
 
 _REPLAN_LIMIT_HOST_S = 5.0
 

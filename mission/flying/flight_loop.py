@@ -1,7 +1,7 @@
 """The loop of a flight: takes what was heard, lets the executive answer, and acts.
 
 Who runs where: the stream has a thread of its own (`streamer`), the link its own for receiving and for commands
-(`sim_bridge.link`), replans a process (`replanning`), slow checks a thread here; everything else, the executive
+(`sim_bridge.link.client`), replans a process (`replanning`), slow checks a thread here; everything else, the executive
 above all, runs in this one loop.
 """
 
@@ -44,7 +44,7 @@ from mission.flying.recorder import Recorder
 from mission.flying.replan_cycle import ReplanCycle
 from mission.flying.streamer import Streamer
 from planner.trajectory import Trajectory
-from sim_bridge.link import Link
+from sim_bridge.link.client import Link
 from sim_bridge.state import CommandDone, MissionProgress, VehicleState
 
 _WAIT_HOST_S = 0.02

@@ -24,7 +24,7 @@ from planner.polygon import KeepIn
 from planner.problem import Problem
 from planner.trajectory import Motion, Trajectory
 from planner.workspace import Workspace
-from sim_bridge.link import Link, LinkError
+from sim_bridge.link.client import Link, LinkError
 from sim_bridge.state import Vector, VehicleState
 
 _BLOCK_STEP_S = 0.1

@@ -5,8 +5,8 @@ from __future__ import annotations
 from mission.mission_items import Command, mission_items
 from mission.plan_file import PlanFile
 from sim_bridge.frames import geodetic_from_enu
-from sim_bridge.link import Link
-from sim_bridge.link_mission import Item, upload_fence, upload_mission, upload_rally_points
+from sim_bridge.link.client import Link
+from sim_bridge.link.mission import Item, upload_fence, upload_mission, upload_rally_points
 from sim_bridge.state import GeodeticPoint
 
 

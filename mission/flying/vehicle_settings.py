@@ -11,8 +11,8 @@ import math
 from collections.abc import Callable
 
 from planner.problem import Limits
-from sim_bridge.link_autopilot import Autopilot
-from sim_bridge.link_commands import OWN_SYSTEM
+from sim_bridge.dialects import Autopilot
+from sim_bridge.link.commands import OWN_SYSTEM
 
 Parameter = Callable[[str], float | None]
 """Reads one of the vehicle's parameters; None: it has none of that name, or did not answer."""

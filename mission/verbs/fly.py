@@ -88,7 +88,7 @@ def carry_out(planned: Planned, settings: FlightSettings, *, view: bool, as_json
     """
     from mission.flying.flight import Outcome, fly_planned
     from mission.flying.flight_progress import watcher_for
-    from sim_bridge.link import LinkError
+    from sim_bridge.link.client import LinkError
 
     try:
         flown = fly_planned(planned, settings, watcher_for())

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from sim_bridge.autopilot import VehicleAutopilot
 from sim_bridge.channel import Channel, Quality
 from sim_bridge.codec import Message, mavlink
 from sim_bridge.faults.kinds import (
@@ -24,7 +23,8 @@ from sim_bridge.faults.kinds import (
     WindChange,
 )
 from sim_bridge.faults.second_station import OtherStation
-from sim_bridge.kinematics import Wind
+from sim_bridge.vehicle.autopilot import VehicleAutopilot
+from sim_bridge.vehicle.kinematics import Wind
 
 
 class FaultDriver:

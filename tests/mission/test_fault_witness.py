@@ -11,12 +11,12 @@ from benchmarks.faults.rehearsal import Rehearsal, clearance_m, outside_fence_m
 from benchmarks.faults.virtual_link import VirtualLink
 from benchmarks.faults.witness import STALE_S, Witness
 from mission.executive.phases import Phase
-from sim_bridge.body import VehicleConfig
 from sim_bridge.codec import mavlink
+from sim_bridge.dialects import Autopilot
 from sim_bridge.faults import PilotSwitch
-from sim_bridge.link_autopilot import Autopilot
-from sim_bridge.px4 import Px4
+from sim_bridge.px4.vehicle import Px4
 from sim_bridge.state import FlightMode, GeodeticPoint
+from sim_bridge.vehicle.body import VehicleConfig
 from tests.sim_bridge.line_client import Client
 
 GROUND = GeodeticPoint(47.3977, 8.5456, 488.0)

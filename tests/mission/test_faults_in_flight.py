@@ -8,7 +8,7 @@ import itertools
 import pytest
 
 from benchmarks.faults.matrix import FAULTS, MOMENTS, Cell, cells, fly_cell
-from sim_bridge.link_autopilot import Autopilot
+from sim_bridge.dialects import Autopilot
 
 EVERY = set(cells(1))
 TURNS = itertools.cycle(itertools.product(MOMENTS[1:], Autopilot))

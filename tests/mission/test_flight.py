@@ -218,7 +218,7 @@ def test_a_disk_that_fills_up_in_the_air_changes_nothing_but_the_log(planned, tm
 
 
 def test_where_no_vehicle_answers_the_flight_says_so_and_leaves_no_process(planned, tmp_path):
-    from sim_bridge.link import LinkError
+    from sim_bridge.link.client import LinkError
 
     chosen = dataclasses.replace(settings(tmp_path), link="udp://127.0.0.1:1")
     with pytest.raises(LinkError):

@@ -17,7 +17,7 @@ from mission.flying.flight_progress import Watcher
 from mission.flying.recorder import LOG_NAME
 from mission.flying.resuming import resumption
 from sim_bridge.frames import geodetic_from_enu
-from sim_bridge.link import Link
+from sim_bridge.link.client import Link
 from sim_bridge.simulator import spawn
 from sim_bridge.state import FlightMode, VehicleState
 from tests.mission.killed_flight import CORNERS, planned, settings

@@ -8,8 +8,8 @@ from mission.executive.course import Course
 from mission.executive.phases import STREAMING, Phase
 from mission.flying.ways import along
 from planner.problem import Limits
+from sim_bridge.dialects import Autopilot
 from sim_bridge.faults import LinkCut
-from sim_bridge.link_autopilot import Autopilot
 
 LIMITS = Limits(5.0, 3.0, 3.0, 2.0, 1.0)
 LINE = along(np.array([[0.0, 0.0, 10.0], [100.0, 0.0, 10.0]]), LIMITS)

@@ -10,8 +10,9 @@ from mission.flying.connecting import as_told
 from mission.flying.vehicle_settings import Reach, settings_of, slowing_factor
 from mission.loading import load
 from planner.problem import Limits
-from sim_bridge import ardupilot_defaults, px4_defaults
-from sim_bridge.link_autopilot import Autopilot
+from sim_bridge.ardupilot import defaults as ardupilot_defaults
+from sim_bridge.dialects import Autopilot
+from sim_bridge.px4 import defaults as px4_defaults
 from tests.mission.rehearsed_flight import Flight
 
 WANTED = Limits(8.0, 3.0, 1.5, 3.0)

@@ -7,7 +7,7 @@ from collections.abc import Callable
 os.environ.setdefault("MAVLINK20", "1")
 from pymavlink.dialects.v20 import common as mavlink
 
-from sim_bridge.autopilot import VehicleAutopilot
+from sim_bridge.vehicle.autopilot import VehicleAutopilot
 
 TICK_S = 0.01
 POSITION_ONLY = 2552

@@ -2,13 +2,13 @@
 
 from collections.abc import Sequence
 
-from sim_bridge.ardupilot import ArduCopter
-from sim_bridge.body import VehicleConfig
+from sim_bridge.ardupilot.vehicle import ArduCopter
+from sim_bridge.dialects import Autopilot, flight_mode
 from sim_bridge.faults import AnyFault
-from sim_bridge.link_autopilot import Autopilot, flight_mode
-from sim_bridge.px4 import Px4
+from sim_bridge.px4.vehicle import Px4
 from sim_bridge.state import FlightMode, GeodeticPoint
 from sim_bridge.station import Station
+from sim_bridge.vehicle.body import VehicleConfig
 from tests.sim_bridge.ground_station import POSITION_VELOCITY, TICK_S, mavlink
 
 GROUND = GeodeticPoint(47.3977, 8.5456, 488.0)

@@ -4,11 +4,11 @@ import math
 
 import pytest
 
-from sim_bridge.body import VehicleConfig
+from sim_bridge.dialects import Autopilot
 from sim_bridge.frames import local_ned_from_geodetic
-from sim_bridge.link_autopilot import Autopilot
 from sim_bridge.simulator import make_autopilot
 from sim_bridge.state import GeodeticPoint
+from sim_bridge.vehicle.body import VehicleConfig
 from tests.sim_bridge.ground_station import (
     NAN,
     POSITION_ONLY,

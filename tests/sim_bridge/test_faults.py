@@ -5,6 +5,7 @@ import math
 import pytest
 
 from sim_bridge.channel import HELD_BACK_S, Channel, Quality
+from sim_bridge.dialects import Autopilot
 from sim_bridge.faults import (
     ArmingRefused,
     BadLine,
@@ -20,7 +21,6 @@ from sim_bridge.faults import (
     SecondStation,
     WindChange,
 )
-from sim_bridge.link_autopilot import Autopilot
 from sim_bridge.state import FlightMode
 from tests.sim_bridge.ground_station import mavlink
 from tests.sim_bridge.line_client import HEIGHT_M, Client

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from sim_bridge.dialects import Autopilot
 from sim_bridge.frames import (
     VehicleFrame,
     enu_from_geodetic,
@@ -17,7 +18,6 @@ from sim_bridge.frames import (
     ned_from_enu,
     yaw_ned_from_enu,
 )
-from sim_bridge.link_autopilot import Autopilot
 from sim_bridge.state import GeodeticPoint, Setpoint
 
 ORIGIN = GeodeticPoint(47.3977, 8.5456, 488.0)

@@ -8,7 +8,7 @@ import struct
 import pytest
 from pymavlink.generator.mavcrc import x25crc
 
-from sim_bridge.link_autopilot import Autopilot
+from sim_bridge.dialects import Autopilot
 from tests.sim_bridge.ground_station import TICK_S, mavlink
 from tests.sim_bridge.line_client import Client
 

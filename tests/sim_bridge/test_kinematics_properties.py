@@ -5,7 +5,7 @@ import math
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim_bridge.kinematics import Airframe, Multirotor, SpeedLimits, Target, Wind
+from sim_bridge.vehicle.kinematics import Airframe, Multirotor, SpeedLimits, Target, Wind
 
 DT_S = 0.01
 SLACK = 1e-6

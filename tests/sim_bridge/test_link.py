@@ -6,9 +6,9 @@ import time
 
 import pytest
 
-from sim_bridge.link import Link, LinkError
-from sim_bridge.link_autopilot import Autopilot
-from sim_bridge.link_mission import Item, upload_fence, upload_mission, upload_rally_points
+from sim_bridge.dialects import Autopilot
+from sim_bridge.link.client import Link, LinkError
+from sim_bridge.link.mission import Item, upload_fence, upload_mission, upload_rally_points
 from sim_bridge.signing import SIGNATURE_BYTES
 from sim_bridge.simulator import spawn
 from sim_bridge.state import (

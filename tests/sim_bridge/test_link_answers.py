@@ -4,7 +4,7 @@ import queue
 import time
 
 from sim_bridge.codec import Codec, frames_in, mavlink
-from sim_bridge.link import Link
+from sim_bridge.link.client import Link
 from sim_bridge.state import GeodeticPoint
 
 MODE = mavlink.MAV_CMD_DO_SET_MODE

@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from sim_bridge.link_wire import Serial, Tcp, UdpListen, UdpSend, open_wire
+from sim_bridge.link.wire import Serial, Tcp, UdpListen, UdpSend, open_wire
 
 LONGEST_S = 20.0
 

@@ -6,12 +6,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim_bridge.ardupilot_plans import ARDUPILOT_MANNERS
+from sim_bridge.ardupilot.plans import ARDUPILOT_MANNERS
 from sim_bridge.channel import Channel, Quality
 from sim_bridge.codec import Codec
-from sim_bridge.plan_items import Item
-from sim_bridge.plan_storage import Manners, PlanStorage
-from sim_bridge.px4_plans import PX4_MANNERS
+from sim_bridge.px4.plans import PX4_MANNERS
+from sim_bridge.vehicle.plan_items import Item
+from sim_bridge.vehicle.plan_storage import Manners, PlanStorage
 from tests.sim_bridge.ground_station import TICK_S, mavlink
 
 MISSION = mavlink.MAV_MISSION_TYPE_MISSION

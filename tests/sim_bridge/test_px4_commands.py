@@ -6,9 +6,9 @@ import struct
 import pytest
 from pyproj import Proj
 
-from sim_bridge.body import VehicleConfig
-from sim_bridge.px4 import Px4
+from sim_bridge.px4.vehicle import Px4
 from sim_bridge.state import GeodeticPoint
+from sim_bridge.vehicle.body import VehicleConfig
 from tests.sim_bridge.ground_station import (
     HOLD,
     LAND,

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from sim_bridge.px4_failsafe import (
+from sim_bridge.px4.failsafe import (
     MODES,
     Action,
     Cause,
@@ -15,7 +15,7 @@ from sim_bridge.px4_failsafe import (
     on_ground_station_loss,
     on_stream_loss,
 )
-from sim_bridge.px4_modes import Mode
+from sim_bridge.px4.modes import Mode
 
 DELAY_S = 5.0
 

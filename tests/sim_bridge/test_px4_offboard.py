@@ -5,12 +5,12 @@ import math
 
 import pytest
 
-from sim_bridge.body import VehicleConfig
+from sim_bridge.dialects import Autopilot
 from sim_bridge.frames import local_ned_from_geodetic
-from sim_bridge.kinematics import Wind
-from sim_bridge.link_autopilot import Autopilot
-from sim_bridge.px4 import Px4
+from sim_bridge.px4.vehicle import Px4
 from sim_bridge.state import GeodeticPoint
+from sim_bridge.vehicle.body import VehicleConfig
+from sim_bridge.vehicle.kinematics import Wind
 from tests.sim_bridge.ground_station import (
     ALL_IGNORED,
     HOLD,

@@ -4,9 +4,9 @@ import math
 
 import pytest
 
-from sim_bridge.body import VehicleConfig
-from sim_bridge.px4 import Px4
+from sim_bridge.px4.vehicle import Px4
 from sim_bridge.state import GeodeticPoint
+from sim_bridge.vehicle.body import VehicleConfig
 from tests.sim_bridge.ground_station import HOLD, MISSION, NAN, OFFBOARD, VELOCITY_ONLY, GroundStation, mavlink
 
 GROUND = GeodeticPoint(47.3977, 8.5456, 488.0)

@@ -4,13 +4,13 @@ import os
 
 import pytest
 
-from sim_bridge.body import VehicleConfig
-from sim_bridge.link import Link, LinkError
-from sim_bridge.px4 import Px4
+from sim_bridge.link.client import Link, LinkError
+from sim_bridge.px4.vehicle import Px4
 from sim_bridge.signing import SIGNATURE_BYTES, Signatures, time_10us
 from sim_bridge.simulator import spawn
 from sim_bridge.state import GeodeticPoint
 from sim_bridge.station import Station
+from sim_bridge.vehicle.body import VehicleConfig
 from tests.sim_bridge.ground_station import TICK_S, mavlink
 
 GROUND = GeodeticPoint(47.3977, 8.5456, 488.0)

@@ -16,7 +16,7 @@ from mavsdk.plugins.offboard import AccelerationNed, Offboard, PositionNedYaw, V
 from mavsdk.plugins.param import Param
 from mavsdk.plugins.telemetry import FlightMode, LandedState, Telemetry
 
-from sim_bridge.link_autopilot import Autopilot
+from sim_bridge.dialects import Autopilot
 from sim_bridge.simulator import spawn
 from sim_bridge.state import GeodeticPoint
 

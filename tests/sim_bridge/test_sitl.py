@@ -14,7 +14,7 @@ from mission.flying.flight import FlightSettings, Outcome, fly_planned
 from mission.flying.flight_folder import read_flight_folder
 from mission.flying.flight_log import read_flight_log
 from mission.flying.flight_progress import Watcher
-from sim_bridge.link import Link
+from sim_bridge.link.client import Link
 from sim_bridge.state import VehicleState
 from tests.mission.killed_flight import CORNERS, planned
 

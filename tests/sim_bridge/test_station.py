@@ -4,12 +4,12 @@ import random
 
 import pytest
 
-from sim_bridge.body import VehicleConfig
 from sim_bridge.channel import Channel, Quality
 from sim_bridge.codec import Codec, frames_in
-from sim_bridge.px4 import Px4
+from sim_bridge.px4.vehicle import Px4
 from sim_bridge.state import GeodeticPoint
 from sim_bridge.station import Station
+from sim_bridge.vehicle.body import VehicleConfig
 from tests.sim_bridge.ground_station import POSITION_VELOCITY, mavlink
 
 GROUND = GeodeticPoint(47.3977, 8.5456, 488.0)

@@ -1,0 +1,1 @@
+"""The built-in vehicle as ArduPilot Copter 4.5 behaves."""

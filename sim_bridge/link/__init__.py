@@ -1,0 +1,1 @@
+"""The link to a vehicle: mavsdk as the client, with what it leaves out beside it."""

@@ -1,0 +1,1 @@
+"""What both built-in vehicles are made of: a body that moves, and the services every autopilot has."""
