@@ -24,9 +24,9 @@ from jaxtyping import Array, Float
 
 from planner.distance_grid import DistanceGrid
 from planner.height_field import HeightField
-from planner.polygon import FAR_M, AnyArray, Prisms, Values, checked_polygon, extruded, padded_count, safe_sqrt
+from planner.polygon import FAR_M, AnyArray, Prisms, Values, checked_polygon, extruded, padded_count
 
-FEWEST_OF_A_KIND = 4
+FEWEST_SHAPES = 8
 # On the host, points are taken in portions whose intermediate arrays stay in the cache.
 HOST_ELEMENTS = 1 << 20
 
@@ -112,88 +112,87 @@ class Prism:
 Obstacle = Sphere | Cylinder | Box | Prism | DistanceGrid | HeightField
 
 
-class Spheres(eqx.Module):
-    """Balls as arrays."""
+class GrownBoxes(eqx.Module):
+    """Spheres, upright cylinders and boxes as arrays: boxes along the axes whose surface is moved outwards.
 
-    center_m: Float[np.ndarray | Array, "obstacle 3"]
-    radius_m: Float[np.ndarray | Array, "obstacle"]
+    A cylinder is an upright line grown in the plane, a sphere a point grown in space. With one formula for the three,
+    what is compiled depends on how many there are, not on how many of which.
 
-    @classmethod
-    def of(cls, spheres: Sequence[Sphere]) -> Spheres:
-        """Padded arrays."""
-        return cls(_padded([s.center_m for s in spheres], (3,)), _padded([s.radius_m for s in spheres], (), 1.0))
-
-    def signed(self, xp: types.ModuleType, x: Values, y: Values, z: Values) -> Values:
-        """‖p − c‖ − r."""
-        c = self.center_m
-        return safe_sqrt(xp, (x - c[..., 0]) ** 2 + (y - c[..., 1]) ** 2 + (z - c[..., 2]) ** 2) - self.radius_m
-
-
-class Cylinders(eqx.Module):
-    """Upright cylinders as arrays."""
+    Attributes:
+        center_m: In the plane, shape (obstacle, 2).
+        half_m: Half the extent in the plane, shape (obstacle, 2).
+        floor_m: Lower end.
+        ceiling_m: Upper end.
+        planar_growth_m: How far the cross-section is grown.
+        growth_m: How far the whole is grown after that.
+    """
 
     center_m: Float[np.ndarray | Array, "obstacle 2"]
-    radius_m: Float[np.ndarray | Array, "obstacle"]
+    half_m: Float[np.ndarray | Array, "obstacle 2"]
     floor_m: Float[np.ndarray | Array, "obstacle"]
     ceiling_m: Float[np.ndarray | Array, "obstacle"]
+    planar_growth_m: Float[np.ndarray | Array, "obstacle"]
+    growth_m: Float[np.ndarray | Array, "obstacle"]
 
     @classmethod
-    def of(cls, cylinders: Sequence[Cylinder]) -> Cylinders:
-        """Padded arrays."""
-        return cls(
-            _padded([c.center_m for c in cylinders], (2,)),
-            _padded([c.radius_m for c in cylinders], (), 1.0),
-            _padded([c.floor_m for c in cylinders], (), 0.0),
-            _padded([c.ceiling_m for c in cylinders], (), 1.0),
-        )
+    def of(cls, shapes: Sequence[Sphere | Cylinder | Box]) -> GrownBoxes:
+        """Arrays, padded to one of few sizes (none stays none)."""
+        used = len(shapes)
+        total = 0 if used == 0 else padded_count(used, FEWEST_SHAPES)
+        rows = np.zeros((total, 8))
+        rows[used:, :2] = FAR_M
+        for row, shape in zip(rows, shapes, strict=False):
+            match shape:
+                case Sphere(center_m=center, radius_m=radius):
+                    row[:] = *center[:2], 0.0, 0.0, center[2], center[2], 0.0, radius
+                case Cylinder(center_m=center, radius_m=radius, floor_m=floor, ceiling_m=ceiling):
+                    row[:] = *center, 0.0, 0.0, floor, ceiling, radius, 0.0
+                case Box(min_m=low, max_m=high):
+                    row[:] = *((low + high) / 2.0)[:2], *((high - low) / 2.0)[:2], low[2], high[2], 0.0, 0.0
+        return cls(rows[:, :2], rows[:, 2:4], *rows[:, 4:].T)
 
     def signed(self, xp: types.ModuleType, x: Values, y: Values, z: Values) -> Values:
-        """Circle and slab, extruded."""
-        c = self.center_m
-        horizontal = safe_sqrt(xp, (x - c[..., 0]) ** 2 + (y - c[..., 1]) ** 2) - self.radius_m
-        return extruded(xp, horizontal, xp.maximum(self.floor_m - z, z - self.ceiling_m))
+        """Cross-section, grown in the plane, and slab, grown in space; both are extruded rectangles of distances."""
+        east, north = (xp.abs(at - self.center_m[..., axis]) - self.half_m[..., axis] for axis, at in enumerate((x, y)))
+        planar = extruded(xp, east, north) - self.planar_growth_m
+        return extruded(xp, planar, xp.maximum(self.floor_m - z, z - self.ceiling_m)) - self.growth_m
 
+    def distance(self, x: Values, y: Values, z: Values) -> Values:
+        """Signed distance to the nearest, for coordinates of one shape; negative inside.
 
-class Boxes(eqx.Module):
-    """Boxes along the axes as arrays."""
+        Numpy arrays are measured on the host in their own precision, jax arrays under jit with derivatives.
+        """
+        if self.floor_m.shape[0] == 0:
+            return x * 0.0 + FAR_M
+        if isinstance(x, np.ndarray):
+            spread: GrownBoxes = jax.tree.map(lambda leaf: leaf[:, None], self)
+            return spread.signed(np, x[None], y[None], z[None]).min(axis=0)
 
-    center_m: Float[np.ndarray | Array, "obstacle 3"]
-    half_m: Float[np.ndarray | Array, "obstacle 3"]
+        still = jax.lax.stop_gradient((x, y, z))
 
-    @classmethod
-    def of(cls, boxes: Sequence[Box]) -> Boxes:
-        """Padded arrays."""
-        return cls(
-            _padded([(b.max_m + b.min_m) / 2.0 for b in boxes], (3,)),
-            _padded([(b.max_m - b.min_m) / 2.0 for b in boxes], (3,), 1.0),
-        )
+        def body(carry: tuple[Array, Array], one: tuple[GrownBoxes, Array]) -> tuple[tuple[Array, Array], None]:
+            least, nearest = carry
+            distance = one[0].signed(jnp, *still)
+            return (jnp.minimum(least, distance), jnp.where(distance < least, one[1], nearest)), None
 
-    def signed(self, xp: types.ModuleType, x: Values, y: Values, z: Values) -> Values:
-        """‖max(q, 0)‖ + min(max q, 0) with q = |p − c| − half."""
-        c, half = self.center_m, self.half_m
-        qx, qy, qz = (xp.abs(part - c[..., axis]) - half[..., axis] for axis, part in enumerate((x, y, z)))
-        beyond = xp.maximum(qx, 0.0) ** 2 + xp.maximum(qy, 0.0) ** 2 + xp.maximum(qz, 0.0) ** 2
-        return safe_sqrt(xp, beyond) + xp.minimum(xp.maximum(qx, xp.maximum(qy, qz)), 0.0)
-
-
-Kind = Spheres | Cylinders | Boxes
+        numbered = (self, jnp.arange(self.floor_m.shape[0], dtype=jnp.int32))
+        begin = (jnp.full_like(x, jnp.inf), jnp.zeros(x.shape, jnp.int32))
+        (_, nearest), _ = jax.lax.scan(body, begin, numbered)
+        chosen: GrownBoxes = jax.tree.map(lambda leaf: jnp.asarray(leaf)[nearest], self)
+        return chosen.signed(jnp, x, y, z)
 
 
 class ObstacleField(eqx.Module):
     """All obstacles of a mission as one signed distance.
 
     Attributes:
-        spheres: Balls.
-        cylinders: Upright cylinders.
-        boxes: Boxes along the axes.
+        solids: Spheres, upright cylinders, and boxes along the axes.
         prisms: Upright prisms.
         grids: Anything else.
         surfaces: The ground, and the band of heights above it that paths keep.
     """
 
-    spheres: Spheres
-    cylinders: Cylinders
-    boxes: Boxes
+    solids: GrownBoxes
     prisms: Prisms
     grids: tuple[DistanceGrid, ...]
     surfaces: tuple[HeightField, ...] = ()
@@ -204,9 +203,7 @@ class ObstacleField(eqx.Module):
         listed = list(obstacles)
         prisms = [o for o in listed if isinstance(o, Prism)]
         return cls(
-            Spheres.of([o for o in listed if isinstance(o, Sphere)]),
-            Cylinders.of([o for o in listed if isinstance(o, Cylinder)]),
-            Boxes.of([o for o in listed if isinstance(o, Box)]),
+            GrownBoxes.of([o for o in listed if isinstance(o, Sphere | Cylinder | Box)]),
             Prisms.of([p.polygon_m for p in prisms], [p.floor_m for p in prisms], [p.ceiling_m for p in prisms]),
             tuple(o for o in listed if isinstance(o, DistanceGrid)),
             tuple(o for o in listed if isinstance(o, HeightField)),
@@ -263,49 +260,15 @@ class ObstacleField(eqx.Module):
         if not isinstance(points, np.ndarray):
             return self._nearest(points[..., 0], points[..., 1], points[..., 2])
         flat = points.reshape(-1, 3)
-        shapes = (self.spheres, self.cylinders, self.boxes, self.prisms)
+        shapes = (self.solids, self.prisms)
         per_point = max((leaf.size for leaf in jax.tree.leaves(shapes)), default=1)
         portions = np.array_split(flat, max(1, -(-len(flat) * per_point // HOST_ELEMENTS)))
         found = [self._nearest(part[:, 0], part[:, 1], part[:, 2]) for part in portions]
         return np.concatenate(found).reshape(points.shape[:-1])
 
     def _nearest(self, x: Values, y: Values, z: Values) -> Values:
-        least = self.prisms.distance(x, y, z)
         minimum = np.minimum if isinstance(x, np.ndarray) else jnp.minimum
-        for kind in (self.spheres, self.cylinders, self.boxes):
-            if kind.center_m.shape[0] > 0:
-                least = minimum(least, _least_of_kind(kind, x, y, z))
-        return least
-
-
-def _least_of_kind(kind: Kind, x: Values, y: Values, z: Values) -> Values:
-    """Signed distance to the nearest obstacle of one kind."""
-    if isinstance(x, np.ndarray):
-        spread: Kind = jax.tree.map(lambda leaf: leaf[:, None], kind)
-        return spread.signed(np, x[None], y[None], z[None]).min(axis=0)
-
-    still = jax.lax.stop_gradient((x, y, z))
-
-    def body(carry: tuple[Array, Array], one: tuple[Kind, Array]) -> tuple[tuple[Array, Array], None]:
-        least, nearest = carry
-        distance = one[0].signed(jnp, *still)
-        return (jnp.minimum(least, distance), jnp.where(distance < least, one[1], nearest)), None
-
-    count = kind.center_m.shape[0]
-    begin = (jnp.full_like(x, jnp.inf), jnp.zeros(x.shape, jnp.int32))
-    (_, nearest), _ = jax.lax.scan(body, begin, (kind, jnp.arange(count, dtype=jnp.int32)))
-    chosen: Kind = jax.tree.map(lambda leaf: jnp.asarray(leaf)[nearest], kind)
-    return chosen.signed(jnp, x, y, z)
-
-
-def _padded(rows: Sequence[np.ndarray] | Sequence[float], shape: tuple[int, ...], absent: float = FAR_M) -> np.ndarray:
-    """Rows as one array, padded to one of few sizes (none stays none)."""
-    count = len(rows)
-    total = 0 if count == 0 else padded_count(count, FEWEST_OF_A_KIND)
-    array = np.full((total, *shape), absent)
-    if count:
-        array[:count] = np.asarray(rows, dtype=float)
-    return array
+        return minimum(self.solids.distance(x, y, z), self.prisms.distance(x, y, z))
 
 
 def _vector(name: str, value: Float[np.ndarray, "axis"], size: int) -> Float[np.ndarray, "axis"]:
