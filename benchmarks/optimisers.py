@@ -8,7 +8,7 @@ from __future__ import annotations
 import contextlib
 import dataclasses
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator
 from unittest import mock
 
 import equinox as eqx
@@ -38,9 +38,10 @@ def _plain_scale(_scene: object, count: int, _penalty: object) -> jax.Array:
 
 
 def _coarse_to_fine(
-    scene: Scene, particles: Particles, rounds: Sequence[Round], after_round: Callable[[float], bool]
+    scene: Scene, particles: Particles, rounds: Iterable[Round], after_round: Callable[[float], None]
 ) -> tuple[Particles, int]:
     """The soft rounds on half of the modes an axis, the others on all."""
+    rounds = list(rounds)
     soft = [one for one in rounds if one.penalty < SOFT]
     assert isinstance(scene.metric, SpectralMetric)
     weights = np.array(scene.metric.weights)
@@ -72,7 +73,7 @@ def _changed(part: str) -> Iterator[None]:
             case "without a slow start of the penalties":
                 put(solver, "POLISH", tuple(dataclasses.replace(one, penalty=10.0) for one in solver.POLISH))
             case "without Stein steps":
-                put(solver, "explored", lambda _scene, particles, *_: particles)
+                put(solver, "explored", lambda _scene, particles, *_: (particles, 0))
             case "with half of the steps":
                 put(solver, "POLISH", tuple(dataclasses.replace(one, steps=one.steps // 2) for one in solver.POLISH))
             case "with Adam":

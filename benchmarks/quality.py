@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+import math
 import time
 
 import jax
@@ -109,22 +110,22 @@ def best_within(problem: Problem, options: Options, limit_s: float | None) -> Ca
     best: Candidate | None = None
     started_s = time.perf_counter()
 
-    def over() -> bool:
-        return limit_s is not None and time.perf_counter() - started_s >= limit_s
+    def left_s() -> float:
+        return math.inf if limit_s is None else started_s + limit_s - time.perf_counter()
 
     for seed in itertools.count(options.seed):
         first = seed == options.seed
         # A first solve is let finish: on a busy machine the same work takes now more and now less time.
-        plan = solve(problem, dataclasses.replace(options, seed=seed), out_of_time=_never if first else over)
+        plan = solve(problem, dataclasses.replace(options, seed=seed), time_left_s=_unlimited if first else left_s)
         if plan.selected is not None and (best is None or plan.best.ergodic_metric < best.ergodic_metric):
             best = plan.best
-        if limit_s is None or over():
+        if limit_s is None or left_s() <= 0.0:
             return best
     raise AssertionError("counting has no end")
 
 
-def _never() -> bool:
-    return False
+def _unlimited() -> float:
+    return math.inf
 
 
 def mixture(box: Workspace, seed: int) -> DensityGrid:

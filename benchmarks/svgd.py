@@ -9,6 +9,7 @@ final metric starts with both from the same set, and counts what the product spe
 from __future__ import annotations
 
 import dataclasses
+import itertools
 import time
 
 import blackjax
@@ -23,7 +24,7 @@ from benchmarks.quality import CUBE, FLAT, problem_of
 from benchmarks.timing import interleaved_ms, machine
 from planner import stein, sves
 from planner.information import uniform
-from planner.polish import STEIN_STEPS, Particles, Round, explored, polished
+from planner.polish import STEIN_CHUNKS, STEIN_STEPS, Particles, Round, explored, polished
 from planner.problem import Kernel, MetricWeights, Options, Problem
 from planner.scene import Scene, free_from_control, knots_for, scene_of
 from planner.seeds import seed_paths, spline_from_path
@@ -128,17 +129,19 @@ def seconds_to(race: Race, particles: Particles, target: float, started_s: float
     """Seconds until the best of the set is at a metric, by the product's own steps; NaN: never."""
     reached: list[float] = []
 
-    def after_round(lowest: float) -> bool:
+    def after_round(lowest: float) -> None:
         if lowest <= target:
             reached.append(time.perf_counter() - started_s)
-        return not reached
 
-    if not after_round(float(np.min(metrics_of(race.scene, jnp.asarray(particles, jnp.float32))))):
+    after_round(float(np.min(metrics_of(race.scene, jnp.asarray(particles, jnp.float32)))))
+    if reached:
         return reached[0]
     if with_stein:
-        particles = explored(race.scene, particles, race.options.kernel, race.options.seed)
+        chunks = itertools.repeat(None, STEIN_CHUNKS)
+        particles, _ = explored(race.scene, particles, race.options.kernel, race.options.seed, chunks)
     # The product's own rounds, in pieces, so that the moment is seen.
-    pieces = [Round(one.penalty, STEPS_A_LOOK) for one in POLISH for _ in range(-(-one.steps // STEPS_A_LOOK))]
+    looks = [Round(one.penalty, STEPS_A_LOOK) for one in POLISH for _ in range(-(-one.steps // STEPS_A_LOOK))]
+    pieces = itertools.takewhile(lambda _: not reached, looks)
     polished(race.scene, particles, pieces, after_round)
     return reached[0] if reached else float("nan")
 

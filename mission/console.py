@@ -5,6 +5,7 @@ from __future__ import annotations
 import enum
 import json
 import sys
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any
@@ -56,6 +57,22 @@ def emit(document: dict[str, Any]) -> None:
 def findings_as_json(findings: Sequence[Finding]) -> list[dict[str, str]]:
     """Findings as the rows of `--json`."""
     return [{"path": finding.path, "got": finding.got, "advice": finding.advice} for finding in findings]
+
+
+def output_folder(folder: Path) -> Path:
+    """A folder to write into, made where it is not there: asked for before the work whose fruit it takes.
+
+    Raises:
+        InputError: It cannot be made, or written into.
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            pass
+    except OSError as error:
+        finding = Finding("--out", str(folder), f"cannot be written: {error.strerror or error}; give another folder")
+        raise InputError(str(folder), [finding]) from error
+    return folder
 
 
 def refuse(error: InputError, as_json: bool) -> typer.Exit:

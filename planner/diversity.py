@@ -25,6 +25,9 @@ BANDWIDTH_UNIT2 = 0.1
 MOST_FRECHET_SAMPLES = 128
 """Paths are thinned to this many samples for the Fréchet distance, whose cost is quadratic in them."""
 
+PAIRS_AT_ONCE = 256
+"""So many tables stay in the processor's cache: a tenth of the time of all pairs at once."""
+
 
 @dataclasses.dataclass(frozen=True)
 class Diversity:
@@ -87,25 +90,37 @@ def frechet_distances(paths_unit: Float[np.ndarray, "particle time 3"]) -> Float
     """Discrete Fréchet distance of every two paths (Eiter & Mannila, 1994), by anti-diagonals for all pairs at once."""
     samples = min(paths_unit.shape[1], MOST_FRECHET_SAMPLES)
     thinned = paths_unit[:, np.round(np.linspace(0, paths_unit.shape[1] - 1, samples)).astype(int)]
+    by_axis = np.ascontiguousarray(thinned.transpose(2, 1, 0))
     count = len(paths_unit)
-    first, second = np.triu_indices(count, k=1)
-    one, other = thinned[first], thinned[second]
-    # Diagonal s holds the cells (i, s − i); a border of infinities stands for what lies outside the table.
-    before_last = np.full((len(first), samples + 1), np.inf)
-    last = before_last.copy()
-    for diagonal in range(2 * samples - 1):
-        rows = np.arange(max(0, diagonal - samples + 1), min(diagonal, samples - 1) + 1)
-        gap = np.sqrt(np.sum((one[:, rows] - other[:, diagonal - rows]) ** 2, axis=-1))
-        current = np.full_like(last, np.inf)
-        if diagonal == 0:
-            current[:, 1] = gap[:, 0]
-        else:
-            reached = np.minimum(np.minimum(last[:, rows], last[:, rows + 1]), before_last[:, rows])
-            current[:, rows + 1] = np.maximum(gap, reached)
-        before_last, last = last, current
+    firsts, seconds = np.triu_indices(count, k=1)
     distances = np.zeros((count, count))
-    distances[first, second] = distances[second, first] = last[:, samples]
+    for begin in range(0, len(firsts), PAIRS_AT_ONCE):
+        first, second = firsts[begin : begin + PAIRS_AT_ONCE], seconds[begin : begin + PAIRS_AT_ONCE]
+        found = _frechet(by_axis[:, :, first], by_axis[:, :, second])
+        distances[first, second] = distances[second, first] = found
     return distances
+
+
+def _frechet(
+    first: Float[np.ndarray, "3 sample pair"], second: Float[np.ndarray, "3 sample pair"]
+) -> Float[np.ndarray, "pair"]:
+    """Fréchet distance of each pair."""
+    samples, pairs = first.shape[1:]
+    # Diagonal s holds the cells (i, s − i), so one of the two runs backwards along it.
+    backwards = second[:, ::-1]
+    # A border of infinities stands for what lies outside the table.
+    before_last = np.full((samples + 1, pairs), np.inf)
+    last = before_last.copy()
+    last[1] = np.sum((first[:, 0] - second[:, 0]) ** 2, axis=0)
+    for diagonal in range(1, 2 * samples - 1):
+        low, high = max(0, diagonal - samples + 1), min(diagonal, samples - 1) + 1
+        shift = samples - 1 - diagonal
+        gap2 = np.sum((first[:, low:high] - backwards[:, low + shift : high + shift]) ** 2, axis=0)
+        reached = np.minimum(np.minimum(last[low:high], last[low + 1 : high + 1]), before_last[low:high])
+        current = np.full_like(last, np.inf)
+        current[low + 1 : high + 1] = np.maximum(gap2, reached)
+        before_last, last = last, current
+    return np.sqrt(last[samples])
 
 
 def _eigenvalues(distances: Float[np.ndarray, "particle particle"]) -> Float[np.ndarray, "particle"]:

@@ -6,7 +6,7 @@ One jit an entry point; shapes are static, so problems of similar size share the
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable
 
 import equinox as eqx
 import jax
@@ -18,7 +18,9 @@ from planner import augmented_lagrangian, stein
 from planner.problem import Kernel
 from planner.scene import Scene
 
-STEIN_STEPS = 60
+STEIN_CHUNKS = 6
+STEIN_STEPS_PER_CHUNK = 10
+STEIN_STEPS = STEIN_CHUNKS * STEIN_STEPS_PER_CHUNK
 # The Stein phase may cut corners; the polish makes them good.
 STEIN_PENALTY = 0.1
 
@@ -38,33 +40,42 @@ class Round:
     steps: int
 
 
-def explored(scene: Scene, particles: Particles, kernel: Kernel, seed: int) -> Particles:
-    """The set after `STEIN_STEPS` Stein steps, all candidates together under soft penalties.
+def explored(
+    scene: Scene, particles: Particles, kernel: Kernel, seed: int, chunks: Iterable[None]
+) -> tuple[Particles, int]:
+    """The set after Stein steps, all candidates together under soft penalties.
 
     Args:
         scene: What the candidates are measured against.
         particles: Their free control points, unit cube.
         kernel: How they repel each other.
         seed: Of the noise that parts candidates which coincide.
+        chunks: `STEIN_STEPS_PER_CHUNK` steps for each; the next is asked for when the last is done. Annealing ends with
+            the last of `STEIN_CHUNKS`.
+
+    Returns:
+        The candidates and the steps taken.
     """
     smooth = jnp.asarray(stein.smoother(particles.shape[1]))
-    start = jnp.asarray(particles, jnp.float32)
-    return np.asarray(_explore(scene, start, smooth, jax.random.key(seed), kernel))
+    state, reference = _begin_exploring(scene, jnp.asarray(particles, jnp.float32), jax.random.key(seed))
+    for _ in chunks:
+        state = jax.block_until_ready(_explore(scene, state, reference, smooth, kernel))
+    return np.asarray(state.particles), int(state.index)
 
 
 def polished(
     scene: Scene,
     particles: Particles,
-    rounds: Sequence[Round],
-    after_round: Callable[[float], bool],
+    rounds: Iterable[Round],
+    after_round: Callable[[float], None],
 ) -> tuple[Particles, int]:
     """Each candidate on its own, by rounds of multipliers.
 
     Args:
         scene: What the candidates are measured against.
         particles: Their free control points, unit cube.
-        rounds: How firmly and how long, in order.
-        after_round: Told the lowest metric after each round; says whether to go on.
+        rounds: How firmly and how long, in order; the next is asked for when the last is done.
+        after_round: Told the lowest metric after each round.
 
     Returns:
         The candidates and the steps taken.
@@ -75,16 +86,22 @@ def polished(
         state, info = _round(scene, state, jnp.float32(one.penalty), jnp.int32(one.steps))
         steps += one.steps
         metrics = np.asarray(info.ergodic_metric)
-        if not after_round(float(metrics[np.isfinite(metrics)].min(initial=np.inf))):
-            break
+        after_round(float(metrics[np.isfinite(metrics)].min(initial=np.inf)))
     return np.asarray(state.free), steps
 
 
 @eqx.filter_jit
-def _explore(
-    scene: Scene, particles: Float[Array, "particle free axis"], smooth: Array, key: Array, kernel: Kernel
-) -> Float[Array, "particle free axis"]:
+def _begin_exploring(
+    scene: Scene, particles: Float[Array, "particle free axis"], key: Array
+) -> tuple[stein.State, Float[Array, "particle"]]:
     reference = jax.vmap(lambda free: augmented_lagrangian.init(scene, free).reference)(particles)
+    return stein.init(stein.separated(particles, key)), reference
+
+
+@eqx.filter_jit
+def _explore(
+    scene: Scene, state: stein.State, reference: Float[Array, "particle"], smooth: Array, kernel: Kernel
+) -> stein.State:
 
     def score(free: Array, reference: Array) -> Array:
         return -jax.grad(lambda free: augmented_lagrangian.penalised(scene, free, reference, STEIN_PENALTY))(free)
@@ -93,8 +110,8 @@ def _explore(
         scores = jax.vmap(score)(state.particles, reference)
         return stein.step(state, scores, kernel, smooth, STEIN_STEPS, wraps=scene.has_headings), None
 
-    state, _ = jax.lax.scan(body, stein.init(stein.separated(particles, key)), None, length=STEIN_STEPS)
-    return state.particles
+    state, _ = jax.lax.scan(body, state, None, length=STEIN_STEPS_PER_CHUNK)
+    return state
 
 
 @eqx.filter_jit

@@ -1,15 +1,16 @@
 """From a problem to a set of proven, different paths (SVES Alg. 1, then a polish of each candidate).
 
 seeds → Stein steps, together → rounds of multipliers, each on its own → ways around for those that the gate refuses →
-gate → selection. The caller owns the clock: `out_of_time` is asked between the compiled pieces, and the best proven set
-so far returns.
+gate → selection. The caller owns the clock: `time_left_s` is asked between the compiled pieces, which are fitted to
+what it says.
 """
 
 from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Callable, Sequence
+import math
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -20,20 +21,26 @@ from planner.free_space import FreeSpace
 from planner.judging import Judge, at_middles, better
 from planner.lawnmower import lawnmower_ergodic_metric
 from planner.plan import Candidate, Plan, Status
-from planner.polish import STEIN_STEPS, Particles, Round, explored, polished
+from planner.polish import STEIN_CHUNKS, STEIN_STEPS_PER_CHUNK, Particles, Round, explored, polished
 from planner.problem import Method, Options, Problem
 from planner.rerouting import rerouted
 from planner.scene import TURN_RAD, Scene, free_from_control, knots_for, scene_of, trajectory_of
 from planner.seeds import heading_spline, seed_headings, seed_paths, spline_from_path
 from planner.selection import select
+from planner.time_budget import TimeBudget
 from planner.trajectory import Trajectory
 
 # Geometric from nearly free to firm: starting firm freezes a path in the shape of its seed. The shape is found while
 # the limits give way; later rounds only make them firm.
 POLISH = tuple(Round(float(penalty), 90 if penalty < 0.1 else 30) for penalty in np.geomspace(1e-3, 10.0, 12))
+# What a path needs at the least to keep its limits: better than its seed, and not as good as it could be.
+HURRIED_POLISH = tuple(Round(penalty, 120) for penalty in (0.01, 0.3, 10.0))
 # A replan starts from an answer: its multipliers need no slow start.
 WARM_POLISH = (Round(1.0, 60), Round(10.0, 60))
 REPAIR = (Round(1.0, 60), Round(10.0, 60), Round(100.0, 60))
+# Shares of the time left, where it is short: what Stein steps may take of it, and then the polish, before repairs.
+STEIN_SHARE = 0.25
+POLISH_SHARE = 0.8
 MOST_REPAIRS = 3
 REPAIR_PORTIONS = 4
 """Few candidates need repair: one of so many parts of the set is compiled for it. For a replan, which must not compile
@@ -63,7 +70,7 @@ def solve(
     *,
     warm_start: Sequence[Trajectory] = (),
     progress: Callable[[Progress], None] = lambda _: None,
-    out_of_time: Callable[[], bool] = lambda: False,
+    time_left_s: Callable[[], float] = lambda: math.inf,
 ) -> Plan:
     """Find a set of different paths, prove them, and select one.
 
@@ -73,21 +80,27 @@ def solve(
         warm_start: Earlier candidates, each beginning at its own start time; they take the first places of the set,
             and seeds fill the rest.
         progress: Told now and then how far the solve is.
-        out_of_time: Asked between compiled pieces; once it says yes, what there is goes to the gate.
+        time_left_s: Asked between compiled pieces, which are made shorter where it is little; once it is not positive,
+            what there is goes to the gate.
 
     Returns:
         The plan; its status says whether there is something to fly.
     """
     progress(Progress("seeds", 0.0))
     segments, per_segment = knots_for(problem, options)
-    work = _Work(problem, options, scene_of(problem, options, segments, per_segment), segments, progress, out_of_time)
+    budget = TimeBudget(time_left_s)
+    work = _Work(problem, options, scene_of(problem, options, segments, per_segment), segments, progress, budget)
     seeds = work.starting_set(warm_start)
+    before_s = time_left_s()
     work.offer(seeds)
+    # As long again for what comes out in the end.
+    budget.reserved_s = before_s - time_left_s() if math.isfinite(before_s) else 0.0
     match options.method:
         case Method.DEFAULT:
             work.refine(seeds)
         case Method.SVES:
-            particles, work.steps = sves.descended(work.scene, seeds, options.kernel, out_of_time)
+            chunks = budget.chunks(sves.CHUNKS, sves.STEPS_PER_CHUNK, 1.0)
+            particles, work.steps = sves.descended(work.scene, seeds, options.kernel, chunks)
             work.offer(particles)
     progress(Progress("gate", 0.95))
     return work.plan()
@@ -106,10 +119,10 @@ class _Work:
         scene: Scene,
         segments: int,
         progress: Callable[[Progress], None],
-        out_of_time: Callable[[], bool],
+        budget: TimeBudget,
     ) -> None:
         self.problem, self.options, self.scene, self.segments = problem, options, scene, segments
-        self.progress, self.out_of_time = progress, out_of_time
+        self.progress, self.budget = progress, budget
         self.judge = Judge(problem, options)
         self.patterns: list[str] = []
         self.best: list[Candidate] = []
@@ -168,7 +181,7 @@ class _Work:
     def refine(self, seeds: Particles) -> None:
         """The product's own optimiser, from other seeds where these come to nothing."""
         self._refine(seeds)
-        while not (self.warm or self.out_of_time() or any(one.feasible for one in self.best)):
+        while not (self.warm or self.budget.is_over() or any(one.feasible for one in self.best)):
             self.spent += 1
             if self.spent == MOST_SETS:
                 break
@@ -178,13 +191,20 @@ class _Work:
 
     def _refine(self, seeds: Particles) -> None:
         particles = seeds
-        if self.options.candidates > 1 and not self.warm and not self.out_of_time():
+        if self.options.candidates > 1 and not self.warm and not self.budget.is_over():
             self.progress(Progress("stein", 0.05))
-            particles = explored(self.scene, particles, self.options.kernel, self.options.seed)
-            self.steps += STEIN_STEPS
-        self._polish(particles, WARM_POLISH if self.warm else POLISH, 0.1, 0.8)
+            chunks = self.budget.chunks(STEIN_CHUNKS, STEIN_STEPS_PER_CHUNK, STEIN_SHARE)
+            particles, taken = explored(self.scene, particles, self.options.kernel, self.options.seed, chunks)
+            self.steps += taken
+        if self.warm:
+            rounds, shorter = WARM_POLISH, ()
+        else:
+            rounds, shorter = POLISH, HURRIED_POLISH
+        due = self.budget.rounds(rounds, POLISH_SHARE, shorter)
+        self._last = np.array(self._descended(particles, due, len(rounds), "polish", 0.1, 0.8))
+        self.offer(self._last)
         for repair in range(MOST_REPAIRS):
-            if self.out_of_time() or not any(self.refused):
+            if not any(self.refused) or self.budget.is_over():
                 break
             at = 0.8 + 0.15 * repair / MOST_REPAIRS
             self._repair(at, at + 0.15 / MOST_REPAIRS)
@@ -196,12 +216,15 @@ class _Work:
         refused = np.flatnonzero(self.refused)
         width = len(detours) if self.warm else -(-len(detours) // REPAIR_PORTIONS)
         for first in range(0, len(refused), width):
+            if first and self.budget.is_over():
+                break
             portion = refused[first : first + width]
             share = (done_to - done_from) / len(refused)
             # One width is one compiled shape, so what is missing is filled up.
             found = self._descended(
                 detours[np.resize(portion, width)],
-                REPAIR,
+                self.budget.rounds(REPAIR, 1.0),
+                len(REPAIR),
                 "repair",
                 done_from + share * first,
                 done_from + share * (first + len(portion)),
@@ -215,7 +238,7 @@ class _Work:
         if selected is None:
             status, length_m = Status.INFEASIBLE, float(np.median([one.report.length_m for one in self.best]))
         else:
-            status = Status.STEP_LIMIT if self.out_of_time() else Status.CONVERGED
+            status = Status.STEP_LIMIT if self.budget.fell_short else Status.CONVERGED
             length_m = self.best[selected].report.length_m
         baseline = float("nan")
         if not self.warm:
@@ -230,20 +253,21 @@ class _Work:
             steps=self.steps,
         )
 
-    def _polish(self, particles: Particles, rounds: Sequence[Round], done_from: float, done_to: float) -> None:
-        self._last = np.array(self._descended(particles, rounds, "polish", done_from, done_to))
-        self.offer(self._last)
-
     def _descended(
-        self, particles: Particles, rounds: Sequence[Round], phase: str, done_from: float, done_to: float
+        self,
+        particles: Particles,
+        rounds: Iterable[Round],
+        most_rounds: int,
+        phase: str,
+        done_from: float,
+        done_to: float,
     ) -> Particles:
         done = 0
 
-        def after_round(lowest: float) -> bool:
+        def after_round(lowest: float) -> None:
             nonlocal done
             done += 1
-            self.progress(Progress(phase, done_from + (done_to - done_from) * done / len(rounds), lowest))
-            return not self.out_of_time()
+            self.progress(Progress(phase, done_from + (done_to - done_from) * done / most_rounds, lowest))
 
         found, steps = polished(self.scene, particles, rounds, after_round)
         self.steps += steps

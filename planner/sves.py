@@ -10,7 +10,7 @@ paper to get any plan at all (see docs/mathematics.md):
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Iterable
 
 import equinox as eqx
 import jax
@@ -44,18 +44,16 @@ def loss(scene: Scene, free: Float[Array, "free axis"]) -> Float[Array, ""]:
     )
 
 
-def descended(scene: Scene, seeds: Particles, kernel: Kernel, out_of_time: Callable[[], bool]) -> tuple[Particles, int]:
-    """The set after all steps, or after those there was time for.
+def descended(scene: Scene, seeds: Particles, kernel: Kernel, chunks: Iterable[None]) -> tuple[Particles, int]:
+    """The set after `STEPS_PER_CHUNK` steps for each chunk; the next is asked for when the last is done.
 
     Returns:
         The candidates' free control points and the steps taken.
     """
     particles = jnp.asarray(seeds, jnp.float32)
     steps = 0
-    for _ in range(CHUNKS):
-        if out_of_time():
-            break
-        particles = _chunk(scene, particles, kernel)
+    for _ in chunks:
+        particles = jax.block_until_ready(_chunk(scene, particles, kernel))
         steps += STEPS_PER_CHUNK
     return np.asarray(particles), steps
 

@@ -100,7 +100,7 @@ def answer(request: Request) -> Reply:
             problem,
             request.options,
             warm_start=request.warm_start,
-            out_of_time=lambda: time.monotonic() > deadline_s,
+            time_left_s=lambda: deadline_s - time.monotonic(),
         )
     except (ValueError, FloatingPointError) as error:
         return Reply(request, None, float("inf"), time.monotonic() - began_s, str(error))

@@ -10,7 +10,7 @@ import numpy as np
 from mission.flying.belief import after
 from mission.flying.flight_folder import FlightFolder
 from mission.flying.journal import Unfinished, unfinished
-from mission.planning import Planned, keep_compiled
+from mission.planning import CompileTime, Planned, keep_compiled
 from planner.diversity import diversity
 from planner.judging import Judge
 from planner.plan import Plan, Status
@@ -75,7 +75,13 @@ def _planned_anew(flight: FlightFolder, left: Unfinished) -> Planned:
     problem = dataclasses.replace(flight.problem, start=here, duration_s=left.remaining_s)
     known = after(problem, left.flown_m, flight.options.modes, left.flown_yaw_rad)
     deadline_s = began_s + flight.mission.planner.time_limit_s
-    plan = solve(known, flight.options, warm_start=(rest,), out_of_time=lambda: time.monotonic() > deadline_s)
+    with CompileTime() as compiling:
+        plan = solve(
+            known,
+            flight.options,
+            warm_start=(rest,),
+            time_left_s=lambda: deadline_s + compiling.spent_s - time.monotonic(),
+        )
     if plan.selected is None:
         raise ValueError(f"the rest of the course is blocked, and there is no other way: {plan.status.value}")
     took_s = time.monotonic() - began_s

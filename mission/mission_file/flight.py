@@ -9,6 +9,7 @@ from pydantic import Field
 
 from mission.findings import Finding
 from mission.mission_file.values import InputFile, Length, Section
+from sim_bridge.link.address import parse_address
 
 
 class Sensor(Section):
@@ -74,12 +75,11 @@ class Link(Section):
     """File with the MAVLink 2 signing key; absent: nothing is signed."""
 
     def findings(self) -> Iterator[Finding]:
-        """An address of a known kind."""
-        schemes = ("udp", "udpin", "udpout", "tcp", "tcpin", "tcpout", "serial")
-        scheme, separator, rest = self.address.partition("://")
-        if self.address != "sim" and not (separator and rest and scheme in schemes):
-            yield Finding(
-                "address",
-                f'"{self.address}"',
-                'write "sim", "udp://127.0.0.1:14540", "tcp://192.168.1.10:5760" or "serial:///dev/ttyUSB0:57600"',
-            )
+        """An address that leads somewhere."""
+        if self.address == "sim":
+            return
+        try:
+            parse_address(self.address)
+        except ValueError as error:
+            got = f'"{self.address}"'
+            yield Finding("address", got, f'{str(error).removeprefix(got).strip()}, or "sim"')

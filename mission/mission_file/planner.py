@@ -49,9 +49,10 @@ class Planner(Section):
     time_step_s: Annotated[float | None, Field(ge=0.001, le=60.0, examples=[0.1])] = None
     """Time between those samples, instead of their number."""
     time_limit_s: Annotated[float, Field(ge=0.01, le=86_400.0)] = 10.0
-    """Time the solver may take."""
+    """Time the solver may take, compilation aside. Where that is little it takes fewer steps, and the plan is less
+    good."""
     seed: Annotated[int, Field(ge=0, le=2**31 - 1)] = 0
-    """Of every random number: the same seed gives the same plan."""
+    """Of every random number: the same seed gives the same plan on the same computer, with time enough."""
 
     @property
     def ends_at_m(self) -> tuple[float, float, float] | None:

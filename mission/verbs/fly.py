@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import contextlib
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mission.console import Exit, JsonOption, MissionArgument, SetOption, emit, refuse, say
+from mission.console import Exit, JsonOption, MissionArgument, SetOption, emit, output_folder, refuse, say
 from mission.findings import Finding, InputError
 
 if TYPE_CHECKING:
@@ -61,10 +62,12 @@ def fly(
             raise InputError(str(out), [finding])
         if reasons := findings_for_flying(mission):
             raise InputError(str(mission_file), reasons)
+        from mission.flying.flight import default_folder, settings_of
+
+        folder = output_folder(out or default_folder(mission))
     except InputError as error:
         raise refuse(error, as_json) from error
 
-    from mission.flying.flight import default_folder, settings_of
     from mission.progress import SolveProgress
 
     with SolveProgress() as progress:
@@ -72,11 +75,14 @@ def fly(
 
         planned = solve_mission(mission, progress=progress.update)
     if planned.plan.selected is None:
+        with contextlib.suppress(OSError):
+            # Nothing was written into it; what was there before stays.
+            folder.rmdir()
         say(f"nothing to fly: {planned.plan.status.value}; `mission plan {mission_file}` says why")
         if as_json:
             emit({"outcome": "nothing to fly", "landed": False, "status": planned.plan.status.value})
         raise typer.Exit(Exit.COULD_NOT)
-    settings = settings_of(mission, folder=out or default_folder(mission), speed=speed)
+    settings = settings_of(mission, folder=folder, speed=speed)
     carry_out(planned, settings, view=view, as_json=as_json)
 
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mission.console import Exit, JsonOption, MissionArgument, SetOption, emit, refuse, say
+from mission.console import Exit, JsonOption, MissionArgument, SetOption, emit, output_folder, refuse, say
 from mission.findings import Finding, InputError
 
 if TYPE_CHECKING:
@@ -38,9 +38,9 @@ def plan(
     settings = [*(overrides or ()), *([f"planner.seed={seed}"] if seed is not None else [])]
     try:
         mission = load(mission_file, settings)
+        folder = output_folder(out if out is not None else Path("plans") / mission_file.stem)
     except InputError as error:
         raise refuse(error, as_json) from error
-    folder = out if out is not None else Path("plans") / mission_file.stem
 
     from mission.plan_output import summary_of, write_outputs
     from mission.progress import SolveProgress

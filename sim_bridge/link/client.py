@@ -21,6 +21,7 @@ from mavsdk.plugins.offboard import AccelerationNed, Offboard, PositionNedYaw, V
 from sim_bridge.codec import Message, mavlink
 from sim_bridge.dialects import Autopilot
 from sim_bridge.frames import VehicleFrame
+from sim_bridge.link.address import parse_address
 from sim_bridge.link.commands import OWN_COMPONENT, OWN_SYSTEM, Commands
 from sim_bridge.link.error import LinkError
 from sim_bridge.link.guard import Guard
@@ -28,7 +29,7 @@ from sim_bridge.link.inbox import Inbox, Timed
 from sim_bridge.link.parameters import LinkParameters
 from sim_bridge.link.stream import StreamGate
 from sim_bridge.link.telemetry import Telemetry
-from sim_bridge.link.wire import Wire, open_wire, parse_address
+from sim_bridge.link.wire import Wire, open_wire
 from sim_bridge.signing import read_key, time_10us
 from sim_bridge.state import Command, GeodeticPoint, Setpoint, VehicleState, Waiting
 
@@ -93,7 +94,7 @@ class Link:
         """Open a line and wait until the vehicle is heard on it.
 
         Args:
-            address: See `sim_bridge.link.wire.parse_address`.
+            address: See `sim_bridge.link.address.parse_address`.
             origin: The mission's origin.
             vehicle_system: The vehicle's MAVLink system id.
             key_file: File with the signing key; None: unsigned.

@@ -6,7 +6,6 @@ Only loopback is listened on unless another address is asked for.
 from __future__ import annotations
 
 import contextlib
-import dataclasses
 import functools
 import os
 import select
@@ -17,82 +16,12 @@ import time
 import tty
 from collections.abc import Callable
 from typing import Protocol
-from urllib.parse import urlsplit
 
-DEFAULT_UDP_PORT = 14540
-DEFAULT_TCP_PORT = 5760
-DEFAULT_BAUD = 57600
+from sim_bridge.link.address import Address, Serial, Tcp, UdpListen, UdpSend
+
 _LARGEST_READ = 65536
 _CONNECT_S = 5.0
 _REOPEN_S = 1.0
-_BAUDS = {rate: getattr(termios, f"B{rate}") for rate in (9600, 19200, 38400, 57600, 115200, 230400, 460800, 921600)}
-
-
-@dataclasses.dataclass(frozen=True)
-class UdpListen:
-    """Wait for the vehicle to speak on a port of this machine, and answer whoever spoke last."""
-
-    host: str
-    port: int
-
-
-@dataclasses.dataclass(frozen=True)
-class UdpSend:
-    """Speak first, to a known host and port."""
-
-    host: str
-    port: int
-
-
-@dataclasses.dataclass(frozen=True)
-class Tcp:
-    """Connect to a host and port."""
-
-    host: str
-    port: int
-
-
-@dataclasses.dataclass(frozen=True)
-class Serial:
-    """A serial device."""
-
-    device: str
-    baud: int
-
-
-Address = UdpListen | UdpSend | Tcp | Serial
-
-
-def parse_address(text: str) -> Address:
-    """Read a link's address.
-
-    Args:
-        text: `udp://HOST:PORT` (listens; no host: loopback), `udpout://HOST:PORT`, `tcp://HOST:PORT` or
-            `serial:///dev/ttyUSB0:57600`.
-
-    Raises:
-        ValueError: Another scheme, or a part that cannot be read.
-    """
-    parts = urlsplit(text)
-    wanted = "udp://:14540, udpout://192.168.1.10:14550, tcp://127.0.0.1:5760 or serial:///dev/ttyUSB0:57600"
-    if parts.scheme == "serial":
-        device, _, baud = (parts.netloc + parts.path).partition(":")
-        if not device or (baud and baud not in map(str, _BAUDS)):
-            raise ValueError(f'"{text}" names no serial line: write {wanted}; rates: {", ".join(map(str, _BAUDS))}')
-        return Serial(device, int(baud) if baud else DEFAULT_BAUD)
-    try:
-        host, port = parts.hostname, parts.port
-    except ValueError as error:
-        raise ValueError(f'"{text}" has a port that is not one ({error}): write {wanted}') from error
-    match parts.scheme:
-        case "udp" | "udpin":
-            return UdpListen(host or "127.0.0.1", port or DEFAULT_UDP_PORT)
-        case "udpout" if host:
-            return UdpSend(host, port or DEFAULT_UDP_PORT)
-        case "tcp" | "tcpout" if host:
-            return Tcp(host, port or DEFAULT_TCP_PORT)
-        case _:
-            raise ValueError(f'"{text}" is not a link: write {wanted}')
 
 
 class Wire(Protocol):
@@ -256,7 +185,7 @@ def _opened(address: Serial) -> int:
     try:
         tty.setraw(file)
         settings = termios.tcgetattr(file)
-        settings[4] = settings[5] = _BAUDS[address.baud]
+        settings[4] = settings[5] = getattr(termios, f"B{address.baud}")
         settings[2] |= termios.CLOCAL | termios.CREAD
         termios.tcsetattr(file, termios.TCSANOW, settings)
     except termios.error as error:

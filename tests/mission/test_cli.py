@@ -1,6 +1,7 @@
 import json
 import subprocess
 import sys
+from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
@@ -10,6 +11,7 @@ from mission.cli import app
 from mission.plan_file import write_plan_file
 
 RUN = CliRunner()
+EXAMPLES = Path(__file__).parents[2] / "examples"
 
 
 @pytest.fixture
@@ -102,3 +104,17 @@ def test_help_comes_without_loading_the_planner():
         "sys.exit(bool({'jax', 'matplotlib', 'mavsdk', 'rerun'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+@pytest.mark.parametrize("verb", ["plan", "fly"])
+def test_a_folder_that_cannot_be_made_is_said_before_the_work(verb, tmp_path, monkeypatch):
+    def solve(*_args, **_kwargs):
+        raise AssertionError("it was solved first")
+
+    monkeypatch.setattr("mission.planning.plan", solve)
+    (tmp_path / "file").touch()
+    target = tmp_path / "file" / "out"
+    result = RUN.invoke(app, [verb, str(EXAMPLES / "room.toml"), "--out", str(target), "--json"])
+    assert result.exit_code == 2
+    assert json.loads(result.stdout)["findings"][0]["path"] == "--out"
+    assert "give another folder" in result.stderr

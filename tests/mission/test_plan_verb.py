@@ -14,7 +14,7 @@ EXAMPLES = Path(__file__).parents[2] / "examples"
 
 def planned_example(name, tmp_path):
     arguments = ["plan", str(EXAMPLES / f"{name}.toml"), "--out", str(tmp_path), "--json", "--candidates"]
-    # Compiling counts against the limit, and here it may have to happen first.
+    # On a slow computer the default would make a worse plan.
     result = CliRunner().invoke(app, [*arguments, "--set", "planner.time_limit_s=240"])
     assert result.exit_code == 0, result.stderr
     summary = json.loads(result.stdout)

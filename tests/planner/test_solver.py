@@ -110,9 +110,27 @@ def test_a_problem_without_a_way_is_said_to_be_infeasible() -> None:
 
 
 def test_out_of_time_at_once_still_returns_judged_candidates() -> None:
-    found = solve(problem_with(), OPTIONS, out_of_time=lambda: True)
+    found = solve(problem_with(), OPTIONS, time_left_s=lambda: 0.0)
     assert len(found.candidates) == OPTIONS.candidates
     assert found.status in (Status.STEP_LIMIT, Status.INFEASIBLE)
+
+
+def test_with_less_time_than_it_takes_a_set_still_passes_and_is_better_than_its_seeds() -> None:
+    class Clock:
+        """Every look at it costs as much as a few steps do."""
+
+        left_s = 1.0
+
+        def __call__(self) -> float:
+            self.left_s -= 0.02
+            return self.left_s
+
+    seeds = solve(problem_with(), OPTIONS, time_left_s=lambda: 0.0)
+    full = solve(problem_with(), OPTIONS)
+    found = solve(problem_with(), OPTIONS, time_left_s=Clock())
+    assert found.status is Status.STEP_LIMIT
+    assert 0 < found.steps < full.steps
+    assert full.best.cost < found.best.cost < seeds.best.cost
 
 
 def test_progress_goes_from_nothing_to_the_gate_without_falling_back() -> None:
@@ -125,7 +143,7 @@ def test_progress_goes_from_nothing_to_the_gate_without_falling_back() -> None:
 
 
 def test_no_candidate_ends_worse_than_the_seed_it_grew_from() -> None:
-    seeds = solve(problem_with(), OPTIONS, out_of_time=lambda: True)
+    seeds = solve(problem_with(), OPTIONS, time_left_s=lambda: 0.0)
     full = solve(problem_with(), OPTIONS)
     for seed, candidate in zip(seeds.candidates, full.candidates, strict=True):
         assert seed.seed_pattern == candidate.seed_pattern

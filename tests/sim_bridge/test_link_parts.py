@@ -10,9 +10,9 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from sim_bridge.dialects import Autopilot, flight_mode
 from sim_bridge.frames import VehicleFrame
+from sim_bridge.link.address import Serial, Tcp, UdpListen, UdpSend, parse_address
 from sim_bridge.link.guard import Guard
 from sim_bridge.link.telemetry import READY_BIT, Telemetry
-from sim_bridge.link.wire import Serial, Tcp, UdpListen, UdpSend, parse_address
 from sim_bridge.signing import read_key
 from sim_bridge.state import FlightMode, GeodeticPoint, LandedState, MissionProgress, StatusText, VehicleState, Waiting
 

@@ -8,7 +8,8 @@ import time
 
 import pytest
 
-from sim_bridge.link.wire import Serial, Tcp, UdpListen, UdpSend, open_wire
+from sim_bridge.link.address import Serial, Tcp, UdpListen, UdpSend
+from sim_bridge.link.wire import open_wire
 
 LONGEST_S = 20.0
 

@@ -1,0 +1,117 @@
+"""The optimiser's work, fitted to the time there is.
+
+Early rounds are loose: they find the shape of a path, which breaks its limits then. A solve that is cut off in them has
+nothing to show. So where time runs short every round is made shorter, and where there is little of it, fewer rounds
+make a path firm.
+"""
+
+from __future__ import annotations
+
+import dataclasses
+import math
+from collections.abc import Callable, Iterator, Sequence
+
+from planner.polish import Round
+
+FEWEST_STEPS = 8
+"""A round of fewer steps hardly moves a path."""
+HURRIED_BELOW = 0.5
+"""Of the planned steps: twelve rounds of a few steps each pass fewer candidates than three longer ones (measured)."""
+MOST_RESERVED = 0.5
+"""The gate's time is held back, but no more than this share of what is left."""
+
+
+class TimeBudget:
+    """What a solve may still spend.
+
+    Attributes:
+        left_s: Seconds left, by the caller's clock; not positive once it is over.
+        reserved_s: Of these, what the gate will need at the end.
+        fell_short: Whether anything was shortened, or left out, for want of time.
+    """
+
+    def __init__(self, left_s: Callable[[], float]) -> None:
+        self.left_s = left_s
+        self.reserved_s = 0.0
+        self.fell_short = False
+        # Unknown, and taken for nothing, until the first piece is done.
+        self._step_s = 0.0
+
+    def is_over(self) -> bool:
+        """Whether nothing is left; asked where there is something to do, which then is left out."""
+        over = self.left_s() <= 0.0
+        self.fell_short |= over
+        return over
+
+    def chunks(self, count: int, steps: int, share: float) -> Iterator[None]:
+        """So many chunks of `steps`, or as many as fit into a share of the time left.
+
+        Each is done before the next is asked for.
+        """
+        share_s = self._share_s(share)
+        for _ in range(count):
+            if share_s <= self._step_s * steps:
+                self.fell_short = True
+                return
+            before_s = self.left_s()
+            yield
+            share_s -= self._spent_since(before_s, steps)
+
+    def rounds(self, planned: Sequence[Round], share: float, hurried: Sequence[Round] = ()) -> Iterator[Round]:
+        """The rounds, shortened to what fits into a share of the time left at the pace seen so far.
+
+        Args:
+            planned: What is done where there is time.
+            share: Of the time left, 0 … 1.
+            hurried: What is done instead where there is not even time for half of it.
+
+        Yields:
+            One round; it is done before the next is asked for.
+        """
+        share_s = self._share_s(share)
+        share_s -= min(self.reserved_s, MOST_RESERVED * share_s)
+        rest = list(planned)
+        if hurried and self._affordable(share_s) < HURRIED_BELOW * _steps(planned):
+            self.fell_short = True
+            rest = list(hurried)
+        while rest:
+            if share_s <= 0.0:
+                self.fell_short = True
+                return
+            fitting = fitted(rest, self._affordable(share_s))
+            self.fell_short |= fitting != rest
+            before_s = self.left_s()
+            yield fitting[0]
+            share_s -= self._spent_since(before_s, fitting[0].steps)
+            rest = rest[1:]
+
+    def _affordable(self, time_s: float) -> float:
+        return time_s / self._step_s if self._step_s > 0.0 else math.inf
+
+    def _share_s(self, share: float) -> float:
+        left_s = self.left_s()
+        return share * left_s if math.isfinite(left_s) else math.inf
+
+    def _spent_since(self, before_s: float, steps: int) -> float:
+        if not math.isfinite(before_s):
+            return 0.0
+        spent_s = max(0.0, before_s - self.left_s())
+        self._step_s = spent_s / steps
+        return spent_s
+
+
+def fitted(planned: Sequence[Round], steps: float) -> list[Round]:
+    """Rounds shortened alike to so many steps together, none to fewer than makes sense.
+
+    Args:
+        planned: As long as they should be.
+        steps: How many there is time for.
+    """
+    share = min(1.0, steps / _steps(planned))
+    return [
+        dataclasses.replace(one, steps=min(one.steps, max(FEWEST_STEPS, int(share * one.steps)))) for one in planned
+    ]
+
+
+def _steps(rounds: Sequence[Round]) -> int:
+    return sum(one.steps for one in rounds)
