@@ -70,10 +70,19 @@ def test_with_hardly_any_time_fewer_rounds_do():
     budget = TimeBudget(clock)
     for _ in budget.chunks(1, 10, 1.0):
         clock.left_s -= 0.2
-    # 1.8 s are 90 steps at 20 ms; 200 are planned.
+    # 1.8 s are 90 steps at 20 ms; 200 are planned, and 8 tell the pace.
     taken = spent(clock, budget, 0.02, hurried=HURRIED)
-    assert taken == [Round(0.1, 45), Round(1.0, 45)]
+    assert taken == [Round(0.01, FEWEST_STEPS), Round(0.1, 41), Round(1.0, 41)]
     assert budget.fell_short
+
+
+def test_slow_work_before_hurries_nothing_that_is_quick_itself():
+    clock = Clock(2.0)
+    budget = TimeBudget(clock)
+    for _ in budget.chunks(1, 10, 1.0):
+        clock.left_s -= 0.2
+    assert spent(clock, budget, 0.001, hurried=HURRIED) == [Round(0.01, FEWEST_STEPS), *PLANNED]
+    assert not budget.fell_short
 
 
 def test_chunks_end_with_their_share():
