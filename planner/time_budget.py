@@ -71,7 +71,7 @@ class TimeBudget:
         share_s = self._share_s(share)
         share_s -= min(self.reserved_s, MOST_RESERVED * share_s)
         rest = list(planned)
-        if hurried and 0.0 < share_s and self._affordable(share_s) < _steps(planned):
+        if hurried and share_s > 0.0 and self._affordable(share_s) < _steps(planned):
             # What was done before may have been slower: a few steps tell.
             before_s = self.left_s()
             yield dataclasses.replace(planned[0], steps=FEWEST_STEPS)

@@ -70,6 +70,8 @@ def plan(
 
 def _report(planned: Planned, files: list[Path]) -> None:
     """What came out, for the person."""
+    from planner.plan import Status
+
     found = planned.plan
     if found.selected is None:
         say(f"nothing to fly: {found.status.value}. What the gate found, candidate by candidate:")
@@ -89,6 +91,8 @@ def _report(planned: Planned, files: list[Path]) -> None:
             f"length {best.report.length_m:.1f} m, duration {best.report.duration_s:.1f} s, speed up to "
             f"{best.report.max_speed_mps:.2f} m/s, {near if not planned.problem.obstacles.is_empty else 'no obstacles'}"
         )
+    if found.status is Status.STEP_LIMIT:
+        say("it ran short of time: with a larger planner.time_limit_s the plan gets better")
     say(f"solved in {planned.solve_s:.1f} s; wrote {', '.join(str(file) for file in files)}")
 
 

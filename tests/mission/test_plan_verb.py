@@ -60,3 +60,8 @@ def test_a_plan_that_cannot_be_is_refused_with_exit_code_1_and_the_reason(tmp_pa
     assert all(candidate["violations"] for candidate in summary["candidates"])
     assert "nothing to fly" in result.stderr
     assert "Traceback" not in result.output
+
+
+def test_a_plan_that_was_short_of_time_says_so(tmp_path):
+    arguments = ["plan", str(EXAMPLES / "room.toml"), "--out", str(tmp_path), "--set", "planner.time_limit_s=0.01"]
+    assert "ran short of time" in CliRunner().invoke(app, arguments).stderr
