@@ -181,7 +181,7 @@ class _Work:
     def refine(self, seeds: Particles) -> None:
         """The product's own optimiser, from other seeds where these come to nothing."""
         self._refine(seeds)
-        while not (self.warm or self.budget.is_over() or any(one.feasible for one in self.best)):
+        while not (self.warm or any(one.feasible for one in self.best) or self.budget.is_over()):
             self.spent += 1
             if self.spent == MOST_SETS:
                 break
