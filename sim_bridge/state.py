@@ -11,6 +11,8 @@ import enum
 import math
 
 Vector = tuple[float, float, float]
+LARGEST_ON_THE_WIRE = (2.0 - 2.0**-23) * 2.0**127
+"""MAVLink's numbers have four bytes: a larger one becomes infinite in them."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -28,6 +30,11 @@ class GeodeticPoint:
     altitude_amsl_m: float
 
 
+def finite_on_the_wire(*numbers: float) -> bool:
+    """Whether numbers are still finite in the four bytes that MAVLink has for each."""
+    return all(abs(number) <= LARGEST_ON_THE_WIRE for number in numbers)
+
+
 @dataclasses.dataclass(frozen=True)
 class Setpoint:
     """One point of the curve to fly, as streamed to a vehicle.
@@ -39,7 +46,7 @@ class Setpoint:
         yaw_enu_rad: Heading, counter-clockwise from east, radians.
 
     Raises:
-        ValueError: If any number is not finite: such a setpoint must never reach a vehicle.
+        ValueError: If any number is not finite on the wire: such a setpoint must never reach a vehicle.
     """
 
     position_enu_m: Vector
@@ -54,7 +61,7 @@ class Setpoint:
             *self.acceleration_enu_mps2,
             self.yaw_enu_rad,
         )
-        if not all(math.isfinite(number) for number in numbers):
+        if not finite_on_the_wire(*numbers):
             raise ValueError(f"a setpoint needs finite numbers, got {self}: plan again or hold the last one")
 
     @classmethod

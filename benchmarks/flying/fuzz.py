@@ -81,6 +81,8 @@ class FuzzedWire:
         seed: Of what they hold.
     """
 
+    datagrams = True
+
     def __init__(self, frames: int, seed: int) -> None:
         self._left = frames
         self._chance = random.Random(seed)

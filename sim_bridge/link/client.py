@@ -65,6 +65,7 @@ class Link:
             vehicle_system,
             key,
             signing_time_10us=time_10us(time.time()),
+            datagrams=wire.datagrams,
         )
         self._vehicle_system = vehicle_system
         self._telemetry = Telemetry(self._frame)

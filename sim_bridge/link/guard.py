@@ -7,9 +7,9 @@ from __future__ import annotations
 
 import collections
 import dataclasses
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 
-from sim_bridge.codec import mavlink
+from sim_bridge.codec import Message, mavlink, messages
 from sim_bridge.signing import Signatures
 
 
@@ -22,7 +22,7 @@ class Accepted:
         frame: Its bytes, as they came.
     """
 
-    message: mavlink.MAVLink_message
+    message: Message
     frame: bytes
 
 
@@ -35,6 +35,8 @@ class Guard:
         vehicle_system: The only system that is listened to.
         key: Signing key; None: nothing is signed, and signatures are not looked at.
         signing_time_10us: Time since 2015 in units of 10 µs: what the first signature counts up from.
+        datagrams: Whether what arrives comes in datagrams, each of which stands by itself; else it is a stream of
+            bytes, cut anywhere.
     """
 
     def __init__(
@@ -44,16 +46,17 @@ class Guard:
         vehicle_system: int,
         key: bytes | None = None,
         signing_time_10us: int = 1,
+        *,
+        datagrams: bool = True,
     ) -> None:
         self._vehicle_system = vehicle_system
-        self._inward = mavlink.MAVLink(None, own_system, own_component)
-        self._inward.robust_parsing = True
+        self._messages = messages if datagrams else _stream_reader(own_system, own_component)
         self._signatures = None if key is None else Signatures(key, signing_time_10us)
         self.refused: collections.Counter[str] = collections.Counter()
 
     def accept(self, data: bytes) -> Iterator[Accepted]:
         """The messages in what arrived that may pass; the others are counted in `refused`."""
-        for message in self._inward.parse_buffer(data) or ():
+        for message in self._messages(data):
             if message.get_type() == "BAD_DATA":
                 self.refused["not MAVLink, or damaged"] += 1
             elif self._signatures is not None and (fault := self._signatures.fault(bytes(message.get_msgbuf()))):
@@ -68,3 +71,10 @@ class Guard:
     def seal(self, frame: bytes) -> bytes:
         """A message as it may leave: signed where a key is set; empty: it may not."""
         return frame if self._signatures is None else self._signatures.sign(frame)
+
+
+def _stream_reader(system: int, component: int) -> Callable[[bytes], Iterable[Message]]:
+    """What reads messages from a stream of bytes, and keeps what is cut off until the rest comes."""
+    parser = mavlink.MAVLink(None, system, component)
+    parser.robust_parsing = True
+    return lambda data: parser.parse_buffer(data) or ()

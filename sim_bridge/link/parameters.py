@@ -6,6 +6,7 @@ from mavsdk import System
 from mavsdk.plugins.param import Param, ParamError, ParamResult
 
 from sim_bridge.link.error import LinkError
+from sim_bridge.state import finite_on_the_wire
 
 
 class LinkParameters:
@@ -33,8 +34,10 @@ class LinkParameters:
         """Write a parameter.
 
         Raises:
-            LinkError: The vehicle did not take it.
+            LinkError: The vehicle did not take it, or it is no number on the wire.
         """
+        if not finite_on_the_wire(value):
+            raise LinkError(f"parameter {name} needs a finite number, got {value}")
         try:
             self._param.set_param_float(name, value)
         except ParamError:

@@ -10,6 +10,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from sim_bridge.dialects import Autopilot, flight_mode
 from sim_bridge.frames import VehicleFrame, enu_from_ned, yaw_ned_from_enu
+from sim_bridge.link.status_texts import StatusTexts
 from sim_bridge.state import (
     FlightMode,
     GeodeticPoint,
@@ -23,7 +24,6 @@ from sim_bridge.state import (
 
 READY_BIT = mavlink.MAV_SYS_STATUS_PREARM_CHECK
 _FAILSAFE_STATUS = (mavlink.MAV_STATE_CRITICAL, mavlink.MAV_STATE_EMERGENCY)
-_TEXT_BYTES = 50
 # A clock that falls back by more than this was restarted; by less, a message came late.
 _REBOOT_S = 5.0
 _STALE_S = 0.5
@@ -73,17 +73,15 @@ class Telemetry:
         self._home_m: Vector | None = None
         self._landed = LandedState.UNKNOWN
         self._battery: float | None = None
-        self._text_id = 0
-        self._text = ""
-        self._text_severity = 7
+        self._texts = StatusTexts()
         self._progress = MissionProgress(None, 0)
 
     def receive(self, message: mavlink.MAVLink_message) -> list[Heard]:
         """Take one message in.
 
         Returns:
-            What became known by it: a state with each position (or with a heartbeat while positions fail to come), a
-            finished line of text, progress in a mission.
+            What became known by it: a state with each position (or with a heartbeat while positions fail to come),
+            finished lines of text, progress in a mission.
         """
         restarted = self._tell_time(message)
         return [*restarted, *self._taken_in(message)]
@@ -91,7 +89,7 @@ class Telemetry:
     def _taken_in(self, message: mavlink.MAVLink_message) -> list[Heard]:
         match message:
             case mavlink.MAVLink_heartbeat_message():
-                return self._heartbeat_heard(message)
+                return [*self._texts.heartbeat(), *self._heartbeat_heard(message)]
             case mavlink.MAVLink_local_position_ned_message():
                 return self._position_heard(message)
             case mavlink.MAVLink_attitude_message():
@@ -109,7 +107,7 @@ class Telemetry:
                 self.home = _geodetic(message.latitude, message.longitude, message.altitude)
                 self._home_m = self._frame.geodetic_enu(self.home)
             case mavlink.MAVLink_statustext_message():
-                return self._text_heard(message)
+                return list(self._texts.chunk(message))
             case mavlink.MAVLink_mission_current_message():
                 return self._progressed(self._progress.reached, int(message.seq))
             case mavlink.MAVLink_mission_item_reached_message():
@@ -232,22 +230,6 @@ class Telemetry:
     def _take_battery(self, percent: int) -> None:
         if 0 <= percent <= 100:
             self._battery = percent / 100.0
-
-    def _text_heard(self, message: mavlink.MAVLink_statustext_message) -> list[Heard]:
-        text = message.text if isinstance(message.text, str) else message.text.decode("utf-8", "replace")
-        text = text.rstrip("\x00")
-        if message.id == 0:
-            return [StatusText(int(message.severity), text)]
-        finished: list[Heard] = []
-        if message.id != self._text_id and self._text:
-            finished.append(StatusText(self._text_severity, self._text))
-            self._text = ""
-        self._text_id, self._text_severity = message.id, int(message.severity)
-        self._text += text
-        if len(text) < _TEXT_BYTES:
-            finished.append(StatusText(self._text_severity, self._text))
-            self._text_id, self._text = 0, ""
-        return finished
 
 
 def _geodetic(latitude_e7: int, longitude_e7: int, altitude_mm: int) -> GeodeticPoint:

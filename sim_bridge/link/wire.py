@@ -30,6 +30,9 @@ class Wire(Protocol):
     Whoever listens notices only silence; the flight knows what a silence means.
     """
 
+    datagrams: bool
+    """Whether bytes come in datagrams, each whole; else in a stream, cut anywhere."""
+
     def receive(self, timeout_s: float) -> bytes:
         """What arrived, waiting at most so long; empty: nothing did."""
         ...
@@ -65,6 +68,8 @@ def open_wire(address: Address) -> Wire:
 
 
 class _UdpWire:
+    datagrams = True
+
     def __init__(self, bind: tuple[str, int] | None, remote: tuple[str, int] | None) -> None:
         self._socket = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._socket.setsockopt(socket.SOL_SOCKET, socket.SO_RCVBUF, 1 << 20)
@@ -110,6 +115,8 @@ class _UdpWire:
 
 class _FileWire:
     """A file descriptor; one that breaks is closed and opened anew, once a second."""
+
+    datagrams = False
 
     def __init__(self, open_file: Callable[[], int]) -> None:
         self._open = open_file

@@ -13,6 +13,8 @@ MODE = mavlink.MAV_CMD_DO_SET_MODE
 class Hesitating:
     """A wire to a vehicle that says more than that a command is done."""
 
+    datagrams = True
+
     def __init__(self) -> None:
         self.results: tuple[int, ...] = ()
         self._codec = Codec(1, 1)

@@ -7,7 +7,8 @@ import pytest
 from sim_bridge.state import Setpoint
 
 
-@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf])
+# The last are numbers to Python, and infinite in the four bytes that they would leave in.
+@pytest.mark.parametrize("bad", [math.nan, math.inf, -math.inf, 1e39, -3.5e38])
 @pytest.mark.parametrize("field", range(10))
 def test_a_setpoint_that_is_not_all_numbers_cannot_be_made(field, bad):
     numbers = [1.0] * 10

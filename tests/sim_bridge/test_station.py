@@ -5,7 +5,7 @@ import random
 import pytest
 
 from sim_bridge.channel import Channel, Quality
-from sim_bridge.codec import Codec, frames_in
+from sim_bridge.codec import Codec, frames, frames_in
 from sim_bridge.px4.vehicle import Px4
 from sim_bridge.state import GeodeticPoint
 from sim_bridge.station import Station
@@ -59,6 +59,33 @@ def test_frames_are_found_without_decoding():
     assert [message_id for message_id, _ in found] == [mavlink.MAVLINK_MSG_ID_SET_POSITION_TARGET_LOCAL_NED] * 2
     assert list(frames_in(b"\xfd\x05")) == []
     assert list(frames_in(b"junk that is long enough")) == []
+    assert list(frames_in(b"junk\xfd\xff\x00" + both + b"\xfd\xff\x00")) == found
+
+
+def first_version(message) -> bytes:
+    return bytes(message.pack(mavlink.MAVLink(None, 245, 190), force_mavlink1=True))
+
+
+def test_the_first_version_of_mavlink_is_heard_recorded_and_news_as_the_second():
+    kept: list[bytes] = []
+    station = Station(px4(), record=lambda _, datagram: kept.extend(frames(datagram)))
+    old, new = Codec(1).decode(setpoint(100, 1.0, 4.0)), setpoint(100, 1.0, 4.0)
+    told = [first_version(message) for message in (*old, mavlink.MAVLink_ping_message(5, 7, 0, 0))]
+    assert {frame[0] for frame in told} == {0xFE}
+    assert station.put(told[0], now_s=1.0)
+    assert not station.put(told[0], now_s=1.1)
+    assert [number for number, _ in frames_in(told[0])] == [number for number, _ in frames_in(new)]
+    station.put(told[1], now_s=1.1)
+    assert "PING" in heard(station.advance(1.2))
+    assert [frame for frame in kept if frame[0] == 0xFE] == [told[0], told[0], told[1]]
+
+
+def test_a_datagram_that_is_cut_off_takes_nothing_from_the_next():
+    station, own = Station(px4()), Codec(245, 190)
+    station.put(b"\xfd\xff\x00", 0.0)
+    for number in range(20):
+        station.put(own.encode(mavlink.MAVLink_ping_message(1, number, 0, 0)), 0.01)
+    assert heard(station.advance(0.02)).count("PING") == 20
 
 
 def test_a_repeated_setpoint_is_no_news_so_that_lock_step_waits_for_the_program_behind_it():
