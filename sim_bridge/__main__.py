@@ -31,6 +31,10 @@ SPACING_M = 5.0
 app = typer.Typer(add_completion=False, no_args_is_help=False, rich_markup_mode=None, pretty_exceptions_enable=False)
 
 
+def _say(text: str) -> None:
+    print(text, file=sys.stderr, flush=True)
+
+
 def _numbers(text: str, count: int, option: str, example: str) -> tuple[float, ...]:
     parts = text.split(",")
     try:
@@ -58,7 +62,7 @@ def _logs(folder: Path | None, systems: Sequence[int]) -> list[TelemetryLog]:
         return []
     try:
         folder.mkdir(parents=True, exist_ok=True)
-        return [TelemetryLog(folder / f"vehicle-{system}.tlog", time.time()) for system in systems]
+        return [TelemetryLog(folder / f"vehicle-{system}.tlog", time.time(), _say) for system in systems]
     except OSError as error:
         raise typer.BadParameter(f"cannot be written: {error}", param_hint="--record") from error
 
@@ -181,7 +185,7 @@ def run(
         print(json.dumps({"ports": ports, "autopilot": autopilot, "speed": speed}), flush=True)
     else:
         targets = ", ".join(f"udp://127.0.0.1:{one}" for one in ports)
-        print(f"{vehicles} × {autopilot} sending to {targets}; Ctrl-C ends", file=sys.stderr)
+        _say(f"{vehicles} × {autopilot} sending to {targets}; Ctrl-C ends")
     try:
         simulator.run(lambda: bool(stopped) or (with_parent and os.getppid() != parent))
     finally:

@@ -37,6 +37,9 @@ class Station:
         record: Is given everything that is heard and sent; None: nothing is kept.
         faults: What goes wrong on purpose.
         signatures: Signs what is sent, and nothing else is heard than what is signed; None: unsigned.
+
+    Raises:
+        ValueError: A fault that needs a key where there is none.
     """
 
     def __init__(
@@ -55,7 +58,9 @@ class Station:
         self._codec = Codec(autopilot.body.config.system)
         self._record = record
         self._signatures = signatures
-        self._faults = FaultDriver(faults, autopilot, (self._inward, self._outward))
+        self._faults = FaultDriver(
+            faults, autopilot, (self._inward, self._outward), None if signatures is None else signatures.sign
+        )
         self._setpoint = b""
         self.news_s: float | None = None
         """When the last setpoint was put that was not a mere repetition; None: none was."""

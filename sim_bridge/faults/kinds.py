@@ -219,10 +219,12 @@ class SecondStation(Lasting):
 
     Attributes:
         uploads: Whether it begins to upload a mission, and never goes on.
+        signed: Whether it signs with the vehicle's key; a vehicle with a key does not hear it otherwise.
     """
 
     kind: Literal["second-station"] = "second-station"
     uploads: bool = False
+    signed: bool = False
 
 
 @dataclasses.dataclass(frozen=True, kw_only=True)

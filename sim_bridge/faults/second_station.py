@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 
-from sim_bridge.codec import Codec, Message, mavlink
+from sim_bridge.codec import Codec, mavlink
 
 SYSTEM = 255
 _HEARTBEAT_S = 1.0
@@ -25,12 +25,11 @@ class OtherStation:
         self._target = (vehicle_system, mavlink.MAV_COMP_ID_AUTOPILOT1)
         self._uploads = uploads
         self._codec = Codec(SYSTEM, mavlink.MAV_COMP_ID_MISSIONPLANNER)
-        self._reader = Codec(SYSTEM)
         self._heartbeat_s = self._question_s = -math.inf
 
-    def tick(self, now_s: float) -> list[Message]:
-        """What it says now."""
-        said: list[Message] = []
+    def tick(self, now_s: float) -> list[bytes]:
+        """The datagrams that it sends now, unsigned."""
+        said = []
         if now_s - self._heartbeat_s >= _HEARTBEAT_S:
             self._heartbeat_s = now_s
             said.append(
@@ -48,4 +47,4 @@ class OtherStation:
         if self._uploads:
             self._uploads = False
             said.append(mavlink.MAVLink_mission_count_message(*self._target, 5))
-        return [message for each in said for message in self._reader.decode(self._codec.encode(each))]
+        return [self._codec.encode(message) for message in said]

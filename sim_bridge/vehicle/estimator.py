@@ -36,6 +36,7 @@ class Estimator:
         self._drift_ned_mps = (_DRIFT_MPS * math.cos(heading), _DRIFT_MPS * math.sin(heading), 0.0)
         self._dead_reckoning_s = dead_reckoning_s
         self._moved_m = (0.0, 0.0, 0.0)
+        self._jumped_m = (0.0, 0.0, 0.0)
         self._lost_s: float | None = None
         self._regained_s = -math.inf
         self.offset_ned_m: Vector = (0.0, 0.0, 0.0)
@@ -60,13 +61,13 @@ class Estimator:
             if not self.valid(now_s):
                 self._regained_s = now_s
             self._lost_s = None
-            self._moved_m = self.gps_glitch_ned_m
+            self._moved_m = self._settled_m
             self.resets += 1
 
     def jump(self, by_ned_m: Vector) -> None:
         """The estimate is suddenly elsewhere, and stays there."""
         self._moved_m = _sum(self._moved_m, by_ned_m)
-        self.gps_glitch_ned_m = _sum(self.gps_glitch_ned_m, by_ned_m)
+        self._jumped_m = _sum(self._jumped_m, by_ned_m)
         self.resets += 1
 
     def valid(self, now_s: float) -> bool:
@@ -79,12 +80,17 @@ class Estimator:
         """Let the estimate move on."""
         if self._lost_s is not None:
             self._moved_m = _sum(self._moved_m, self._drift_ned_mps, dt_s)
-        elif self._moved_m != self.gps_glitch_ned_m:
+        elif self._moved_m != self._settled_m:
             share = min(1.0, dt_s / _RECOVERY_S)
             x, y, z = self._moved_m
-            gx, gy, gz = self.gps_glitch_ned_m
-            self._moved_m = (x + share * (gx - x), y + share * (gy - y), z + share * (gz - z))
+            sx, sy, sz = self._settled_m
+            self._moved_m = (x + share * (sx - x), y + share * (sy - y), z + share * (sz - z))
         self.offset_ned_m = _sum(self._wander(now_s), self._moved_m)
+
+    @property
+    def _settled_m(self) -> Vector:
+        """Where GPS, as it is, takes the estimate in the end."""
+        return _sum(self.gps_glitch_ned_m, self._jumped_m)
 
     def _wander(self, now_s: float) -> Vector:
         x, y, z = (
