@@ -14,6 +14,7 @@ from mission.mission_file.planner import Planner
 from mission.mission_file.values import Context
 from mission.mission_file.vehicle import PRESETS, PresetName
 from mission.resolved import Source, resolved_entries
+from mission.site.buildings import read_buildings
 from mission.site.problem import problem_from_mission
 from planner.problem import Kernel, Method, Metric, MetricWeights
 
@@ -40,6 +41,32 @@ def test_every_preset_has_every_figure():
     assert set(PRESETS) == set(typing.get_args(PresetName))
     for name in PRESETS:
         assert set(PRESETS[name]) - {"max_turn_rate_degps"} == set(PRESETS["px4-quadrotor"])
+
+
+def test_presets_have_the_figures_of_their_vehicles():
+    px4, crazyflie = PRESETS["px4-quadrotor"], PRESETS["crazyflie"]
+    # A vehicle is planned for within what its autopilot allows: 12 m/s, 3 m/s up, 1.5 m/s down, 5 m/s², 45 °/s.
+    allowed = {"max_speed_mps": 12, "max_climb_mps": 3, "max_descent_mps": 1.5, "max_acceleration_mps2": 5}
+    allowed["max_yaw_rate_degps"] = 60
+    assert all(px4[name] <= most for name, most in allowed.items())
+    assert (crazyflie["max_speed_mps"], crazyflie["max_acceleration_mps2"]) == (0.5, 2.0)
+
+
+@pytest.mark.parametrize("turn", [1, -1])
+def test_buildings_may_be_drawn_either_way_round(sound, tmp_path, turn):
+    ring = [[8.5466, 47.3987], [8.5468, 47.3987], [8.5468, 47.3989], [8.5466, 47.3989], [8.5466, 47.3987]][::turn]
+    feature = {
+        "type": "Feature",
+        "properties": {"height_m": 12.0},
+        "geometry": {"type": "Polygon", "coordinates": [ring]},
+    }
+    town = tmp_path / "town.geojson"
+    town.write_text(json.dumps({"type": "FeatureCollection", "features": [feature]}))
+    mission = load(sound, [f"obstacle=[{{kind='geojson', file='{town}'}}]"])
+    (building,) = read_buildings(mission.obstacle[0], mission.site.origin.point())
+    expected = np.stack(pymap3d.geodetic2enu(*np.array(ring[:-1])[:, ::-1].T, ORIGIN[2], *ORIGIN)[:2], axis=-1)
+    assert {tuple(corner) for corner in building.polygon_m.round(3)} == {tuple(corner) for corner in expected.round(3)}
+    problem_from_mission(mission)
 
 
 @pytest.mark.parametrize(

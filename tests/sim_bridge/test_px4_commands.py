@@ -190,6 +190,8 @@ def test_an_unknown_parameter_gets_no_reply():
         ("MPC_Z_VEL_MAX_UP", 3.0),
         ("MPC_Z_VEL_MAX_DN", 1.5),
         ("MPC_ACC_HOR", 3.0),
+        ("MPC_ACC_HOR_MAX", 5.0),
+        ("MPC_YAWRAUTO_MAX", 45.0),
         ("MPC_JERK_AUTO", 4.0),
         ("NAV_ACC_RAD", 10.0),
     ],

@@ -121,6 +121,18 @@ def test_a_second_after_the_last_setpoint_it_sinks_to_the_ground_in_position_mod
     assert gs.last("EXTENDED_SYS_STATE").landed_state == mavlink.MAV_LANDED_STATE_ON_GROUND
 
 
+def test_the_status_goes_from_nothing_to_ready_to_armed_to_failsafe():
+    gs = GroundStation(Px4(VehicleConfig(GROUND)))
+    gs.wait(40.0)
+    gs.take_off()
+    gs.wait(1.0, do=lambda: gs.setpoint(HIGH))
+    gs.px4_mode(OFFBOARD)
+    gs.wait(3.0, do=lambda: gs.setpoint(HIGH))
+    gs.wait(3.0)
+    shown = [heartbeat.system_status for heartbeat in gs.all("HEARTBEAT")]
+    assert [status for status, _ in itertools.groupby(shown)] == [0, 3, 4, 5]
+
+
 def test_with_com_obl_rc_act_5_it_holds():
     gs = in_offboard([("COM_OBL_RC_ACT", 5)])
     gs.wait(3.0)

@@ -219,6 +219,38 @@ def test_mission_set_current_jumps():
     assert gs.last("MISSION_CURRENT").seq == 2
 
 
+def test_mission_set_current_for_another_system_changes_nothing():
+    gs = station()
+    flying_mission(gs, [item(seq, north_m=100.0 * (seq + 1)) for seq in range(4)])
+    assert gs.send(mavlink.MAVLink_mission_set_current_message(7, 1, 2)) == []
+    gs.wait(1.1)
+    assert gs.last("MISSION_CURRENT").seq == 0
+
+
+@pytest.mark.parametrize(
+    ("nonsense", "goes"),
+    [
+        (item(0, north_m=50_000.0), (4.0, 0.0)),
+        (item(0, north_m=60.0, height_m=NAN), (3.0, 0.5)),
+        (item(0, north_m=60.0, height_m=-30.0), (1.0, 0.5)),
+        (
+            mavlink.MAVLink_mission_item_int_message(
+                1, 1, 0, RELATIVE, WAYPOINT, 0, 1, 0, 0, 0, NAN, 950_000_000, 85_456_000, 20.0, MISSIONS
+            ),
+            (4.0, 0.0),
+        ),
+    ],
+    ids=["50 km away", "NaN altitude", "negative altitude", "latitude 95"],
+)
+def test_nonsense_is_flown(nonsense, goes):
+    gs = station()
+    flying_mission(gs, [nonsense])
+    gs.wait(5.0)
+    north, down = goes
+    assert gs.velocity[0] > north
+    assert gs.velocity[2] == pytest.approx(0.0, abs=0.3) if down == 0.0 else gs.velocity[2] > down
+
+
 def test_a_return_item_brings_the_vehicle_home_and_down():
     gs = station()
     rtl = mavlink.MAVLink_mission_item_int_message(
