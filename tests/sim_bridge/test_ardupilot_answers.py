@@ -41,13 +41,14 @@ def test_guided_then_arming_then_take_off_is_the_only_order():
 
 def test_a_command_for_another_system_is_neither_obeyed_nor_answered():
     gs = station()
+    set_guided = (1.0, float(GUIDED), 0, 0, 0, 0, 0)
     for message in (
-        mavlink.MAVLink_command_long_message(7, 1, mavlink.MAV_CMD_DO_SET_MODE, 0, 1.0, float(GUIDED), 0, 0, 0, 0, 0),
-        mavlink.MAVLink_command_int_message(7, 1, 0, mavlink.MAV_CMD_DO_SET_MODE, 0, 0, 1.0, float(GUIDED), 0, 0, 0, 0, 0),
-        mavlink.MAVLink_command_long_message(7, 1, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 1.0, 0, 0, 0, 0, 0, 0),
+        mavlink.MAVLink_command_long_message(7, 1, mavlink.MAV_CMD_DO_SET_MODE, 0, *set_guided),
+        mavlink.MAVLink_command_int_message(7, 1, 0, mavlink.MAV_CMD_DO_SET_MODE, 0, 0, *set_guided),
+        mavlink.MAVLink_command_long_message(7, 1, mavlink.MAV_CMD_COMPONENT_ARM_DISARM, 0, 1.0, *(0,) * 6),
         mavlink.MAVLink_param_request_list_message(7, 1),
         mavlink.MAVLink_mission_request_list_message(7, 1, 0),
-    ):  # fmt: skip
+    ):
         assert gs.send(message) == []
     gs.wait(1.1)
     assert mode(gs) == STABILIZE

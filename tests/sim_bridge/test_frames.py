@@ -49,10 +49,12 @@ def test_px4s_map_is_the_azimuthal_equidistant_one_on_its_sphere() -> None:
     assert local_ned_from_geodetic(Autopilot.PX4, place, VEHICLE) == pytest.approx((north, east, -13.5), abs=1e-4)
 
 
-def test_the_maps_differ_from_the_tangent_plane_as_much_as_real_vehicles_do() -> None:
-    place = geodetic_from_enu((1000.0, 1000.0, 0.0), ORIGIN)
+# How far PX4's map is off, at 141 m, 1.4 km and 7 km to the north-east.
+@pytest.mark.parametrize(("offset", "off_m"), [(100.0, 0.3), (1000.0, 3.0), (5000.0, 15.0)])
+def test_the_maps_differ_from_the_tangent_plane_as_much_as_real_vehicles_do(offset: float, off_m: float) -> None:
+    place = geodetic_from_enu((offset, offset, 0.0), ORIGIN)
     north, east, _ = local_ned_from_geodetic(Autopilot.PX4, place, ORIGIN)
-    assert 1.0 < math.hypot(north - 1000.0, east - 1000.0) < 6.0
+    assert math.hypot(north - offset, east - offset) == pytest.approx(off_m, rel=0.25)
 
 
 @pytest.mark.parametrize("autopilot", Autopilot)

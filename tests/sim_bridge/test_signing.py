@@ -98,6 +98,21 @@ def test_all_that_a_vehicle_with_a_key_says_is_signed_with_rising_times():
     assert all(theirs.fault(frame) == "" for frame in frames)
 
 
+def test_times_of_signatures_rise_for_each_system_component_and_link():
+    def signed(system: int, component: int, link: int, moment_10us: int) -> bytes:
+        sender = mavlink.MAVLink(None, system, component)
+        sender.signing.secret_key, sender.signing.sign_outgoing = KEY, True
+        sender.signing.link_id, sender.signing.timestamp = link, moment_10us
+        return bytes(ping().pack(sender))
+
+    receiver = Signatures(KEY, NOW_10US)
+    for stream in ((1, 1, 0), (1, 1, 7), (1, 190, 0), (2, 1, 0)):
+        assert receiver.fault(signed(*stream, NOW_10US + 1000)) == ""
+        for old_10us in (NOW_10US + 1000, NOW_10US + 999):
+            assert "signed before" in receiver.fault(signed(*stream, old_10us))
+        assert receiver.fault(signed(*stream, NOW_10US + 1001)) == ""
+
+
 def test_a_vehicle_without_a_key_hears_signed_messages_too():
     assert len(pongs(vehicle(None), packed(ping(), KEY), TICK_S)) == 1
 

@@ -1,5 +1,6 @@
 """The built-in vehicle in a process of its own, flown over UDP by mavsdk, a client we did not write."""
 
+import json
 import math
 import signal
 import subprocess
@@ -11,11 +12,13 @@ import pytest
 from mavsdk import Configuration, Mavsdk, log_subscribe
 from mavsdk.plugins.action import Action, ActionError
 from mavsdk.plugins.geofence import FenceType, Geofence, GeofenceData, Point, Polygon
+from mavsdk.plugins.mavlink_direct import MavlinkDirect, MavlinkMessage
 from mavsdk.plugins.mission_raw import MissionItem, MissionRaw
 from mavsdk.plugins.offboard import AccelerationNed, Offboard, PositionNedYaw, VelocityNedYaw
 from mavsdk.plugins.param import Param
 from mavsdk.plugins.telemetry import FlightMode, LandedState, Telemetry
 
+from sim_bridge.codec import mavlink
 from sim_bridge.dialects import Autopilot
 from sim_bridge.simulator import spawn
 from sim_bridge.state import GeodeticPoint
@@ -40,6 +43,10 @@ class Client:
         self.telemetry.set_rate_position_velocity_ned(20.0)
         self.telemetry.set_rate_home(2.0)
         self.telemetry.set_rate_landed_state(5.0)
+        # mavsdk has no rate for what it makes a vehicle's health of.
+        interval = {"command": mavlink.MAV_CMD_SET_MESSAGE_INTERVAL, "confirmation": 0, "param1": 1.0, "param2": 2e5}
+        fields = {"target_system": 1, "target_component": 1, **interval, **{f"param{n}": 0.0 for n in range(3, 8)}}
+        MavlinkDirect(system).send_command(MavlinkMessage("COMMAND_LONG", 245, 190, 1, 1, json.dumps(fields)))
 
     def wait_for(self, what: Callable[[], bool], wall_s: float = 20.0) -> None:
         """Poll until something is so."""
@@ -88,6 +95,7 @@ def client(autopilot: Autopilot) -> Iterator[Client]:
 
 
 def test_mavsdk_arms_takes_off_flies_a_circle_returns_and_lands(client: Client):
+    client.wait_for(lambda: client.telemetry.health_all_ok() and client.telemetry.health().is_armable)
     client.action.set_takeoff_altitude(12.0)
     client.arm()
     client.action.takeoff()
@@ -125,9 +133,10 @@ def test_mavsdk_arms_takes_off_flies_a_circle_returns_and_lands(client: Client):
 
     client.action.return_to_launch()
     client.wait_for(lambda: client.telemetry.flight_mode() is FlightMode.RETURN_TO_LAUNCH)
-    client.action.land()
-    client.wait_for(lambda: not client.telemetry.armed(), wall_s=40.0)
-    assert client.telemetry.landed_state() is LandedState.ON_GROUND
+    client.wait_for(lambda: not client.telemetry.armed(), wall_s=60.0)
+    client.wait_for(lambda: client.telemetry.landed_state() is LandedState.ON_GROUND)
+    home, here = client.telemetry.home(), client.telemetry.position()
+    assert math.dist((here.latitude_deg, here.longitude_deg), (home.latitude_deg, home.longitude_deg)) < 2e-5
 
 
 def test_mavsdk_writes_parameters_and_reads_them_back(client: Client, autopilot: Autopilot):
@@ -142,7 +151,7 @@ def test_mavsdk_writes_parameters_and_reads_them_back(client: Client, autopilot:
     assert client.param.get_param_float(real) == pytest.approx(value)
 
 
-def test_mavsdk_uploads_a_mission_and_a_fence_and_reads_the_mission_back(client: Client):
+def test_mavsdk_uploads_a_mission_and_a_fence_and_reads_both_back(client: Client):
     latitude_e7, longitude_e7 = round(GROUND.latitude_deg * 1e7), round(GROUND.longitude_deg * 1e7)
     items = [
         MissionItem(seq, 6, 16, int(seq == 0), 1, 0.0, 2.0, 0.0, 0.0, latitude_e7 + 1000 * seq, longitude_e7, 20.0, 0)
@@ -157,6 +166,14 @@ def test_mavsdk_uploads_a_mission_and_a_fence_and_reads_the_mission_back(client:
     corners = ((1e-3, 0.0), (-1e-3, 1e-3), (-1e-3, -1e-3))
     around = [Point(GROUND.latitude_deg + north, GROUND.longitude_deg + east) for north, east in corners]
     client.fence.upload_geofence(GeofenceData([Polygon(around, FenceType.INCLUSION)], []))
+    held = client.missions.download_geofence()
+    inclusion = mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION
+    assert [(item.command, item.param1) for item in held] == [(inclusion, 3.0)] * 3
+    for item, corner in zip(held, around, strict=True):
+        assert (item.x, item.y) == (
+            pytest.approx(corner.latitude_deg * 1e7, abs=2),
+            pytest.approx(corner.longitude_deg * 1e7, abs=2),
+        )
 
 
 def test_mavsdk_is_told_that_a_vehicle_that_is_not_ready_cannot_be_armed():

@@ -1,6 +1,9 @@
 """Who hears a built-in vehicle over real sockets."""
 
+import json
 import socket
+import subprocess
+import sys
 import threading
 
 import pytest
@@ -35,6 +38,45 @@ def heard(own: socket.socket, kind: str) -> tuple[object, tuple[str, int]]:
         for message in reader.decode(data):
             if message.get_type() == kind:
                 return message, sender
+
+
+def neighbours() -> tuple[socket.socket, socket.socket]:
+    """Sockets on two ports, one behind the other."""
+    while True:
+        first, second = listener(), socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
+        try:
+            second.bind(("127.0.0.1", first.getsockname()[1] + 1))
+        except OSError:
+            first.close()
+            second.close()
+            continue
+        second.settimeout(5.0)
+        return first, second
+
+
+def test_vehicle_i_speaks_to_the_port_i_behind_the_first_and_all_to_the_ground_stations():
+    first, second = neighbours()
+    with first, second, listener() as ground_station:
+        simulator = Simulator(stations(2), first.getsockname()[1], 5.0, ground_station.getsockname()[1])
+        over = threading.Event()
+        thread = threading.Thread(target=simulator.run, args=(over.is_set,))
+        thread.start()
+        try:
+            assert [heard(own, "HEARTBEAT")[0].get_srcSystem() for own in (first, second)] == [1, 2]
+            both = {heard(ground_station, "HEARTBEAT")[0].get_srcSystem() for _ in range(10)}
+            assert both == {1, 2}
+        finally:
+            over.set()
+            thread.join()
+            simulator.close()
+
+
+def test_the_first_port_is_14540():
+    command = [sys.executable, "-m", "sim_bridge", "--vehicles", "3", "--json"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        assert process.stdout is not None
+        assert json.loads(process.stdout.readline())["ports"] == [14540, 14541, 14542]
+        process.terminate()
 
 
 def test_a_client_and_a_ground_station_hear_the_same_vehicle_and_both_are_answered():
