@@ -148,6 +148,7 @@ def _assignment() -> Assignment:
         max_acceleration_mps2=limits.max_acceleration_mps2,
         max_yaw_rate_radps=limits.max_yaw_rate_radps,
         max_climb_mps=limits.max_climb_mps,
+        resumed=True,
     )
 
 

@@ -58,6 +58,7 @@ class Assignment:
         max_yaw_rate_radps: How fast the nose may turn.
         max_climb_mps: How fast it climbs, for the time limit of the take-off.
         ready_timeout_s: How long to wait until the vehicle is ready to arm.
+        resumed: Whether it goes on with an earlier flight, whose vehicle may be in the air.
     """
 
     exploration: Trajectory
@@ -68,6 +69,7 @@ class Assignment:
     max_yaw_rate_radps: float
     max_climb_mps: float
     ready_timeout_s: float = 180.0
+    resumed: bool = False
 
 
 class Goal(enum.Enum):

@@ -245,8 +245,7 @@ class Executive:
             energy = self.monitors.energy.within(checked.limits)
             self._hearing.monitors = dataclasses.replace(self.monitors, energy=energy)
         self._last_item = checked.last_item
-        passed = Trigger.CHECKS_PASSED_ALOFT if self._vehicle.aloft else Trigger.CHECKS_PASSED
-        self._fire(Trigger.CHECKS_FAILED if checked.problems else passed, now_s)
+        self._fire(Trigger.CHECKS_FAILED if checked.problems else Trigger.CHECKS_PASSED, now_s)
 
     def _way_found(self, found: WayFound, now_s: float) -> None:
         if found.goal is not GOAL.get(self.phase):

@@ -94,8 +94,13 @@ class Hearing:
             case Phase.CONNECTING | Phase.WAITING_READY:
                 self._fire(Trigger.CONNECTED, now_s)
                 self.waits(state.waiting_for)
-                if state.ready or state.aloft:
+                if state.aloft:
+                    self._fire(Trigger.READY_ALOFT if self._assignment.resumed else Trigger.FLIES_ALREADY, now_s)
+                elif state.ready:
                     self._fire(Trigger.READY, now_s)
+            case Phase.CHECKING | Phase.ARMING if state.aloft:
+                # Somebody else took off with it.
+                self._fire(Trigger.FLIES_ALREADY, now_s)
             case Phase.BLIND:
                 self._heard_again(state, silent_s, now_s)
             case _:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from mission.executive import readings
 from mission.executive.monitors import Consumption, Energy
 from mission.executive.phases import AIRBORNE, Phase
 from sim_bridge.state import FlightMode, LandedState, Vector, VehicleState
@@ -29,9 +30,9 @@ class KnownVehicle:
         return self.state.mode if self.state is not None else FlightMode.OTHER
 
     @property
-    def aloft(self) -> bool:
-        """Whether it was last seen flying."""
-        return self.state is not None and self.state.aloft
+    def unsteered(self) -> bool:
+        """Whether nobody steers it, as far as its mode tells: it waits for setpoints, holds, or acts on a failsafe."""
+        return self.state is not None and readings.unsteered(self.state)
 
     def hear(self, state: VehicleState, phase: Phase, now_s: float) -> None:
         """Take in what it tells.

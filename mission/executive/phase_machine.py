@@ -9,6 +9,7 @@ from mission.executive.known_vehicle import KnownVehicle
 from mission.executive.phases import STREAMING, Phase, Trigger, next_phase
 from mission.executive.standing_order import StandingOrder
 from mission.executive.stay import Stay
+from sim_bridge.state import FlightMode
 
 GOAL = {
     Phase.ENTERING: Goal.EXPLORATION,
@@ -16,6 +17,15 @@ GOAL = {
     Phase.TURNING_BACK: Goal.HOME,
 }
 """Where the way leads that is sought in a phase."""
+
+_WHERE_STEERED = {
+    Trigger.CHECKS_PASSED: Trigger.PILOT,
+    Trigger.CHECKS_FAILED: Trigger.LEAVE,
+    Trigger.TIMED_OUT: Trigger.LEAVE,
+    Trigger.RETURN: Trigger.LEAVE,
+    Trigger.LAND: Trigger.LEAVE,
+}
+"""What is done about a flying vehicle instead, before it was ever ours."""
 
 
 class PhaseMachine:
@@ -57,7 +67,7 @@ class PhaseMachine:
         Returns:
             Whether there is one for the present phase.
         """
-        phase = self.phase
+        phase, trigger = self.phase, self._sparing(trigger)
         row = next_phase(phase, trigger)
         if row is None:
             return False
@@ -74,6 +84,15 @@ class PhaseMachine:
         self.act(Entered(goto, row.why))
         self._enter(goto, now_s)
         return True
+
+    def _sparing(self, trigger: Trigger) -> Trigger:
+        """What a trigger comes to where somebody else steers the vehicle: nothing that would take it from them."""
+        vehicle = self._vehicle
+        if self.phase is Phase.CHECKING_ALOFT and not vehicle.unsteered:
+            return _WHERE_STEERED.get(trigger, trigger)
+        if self.phase in (Phase.ENTERING, Phase.TAKING_BACK) and vehicle.mode is FlightMode.PILOT:
+            return Trigger.PILOT if trigger in (Trigger.NO_WAY, Trigger.TIMED_OUT) else trigger
+        return trigger
 
     def slow_down(self, now_s: float, share: float = 1.0) -> bool:
         """From now on ask less of a vehicle that does not keep to its course; false: it is asked for little already.
@@ -115,7 +134,7 @@ class PhaseMachine:
 
     def _enter(self, phase: Phase, now_s: float) -> None:
         match phase:
-            case Phase.CHECKING:
+            case Phase.CHECKING | Phase.CHECKING_ALOFT:
                 self.act(RunChecks())
             case Phase.ENTERING | Phase.TAKING_BACK | Phase.TURNING_BACK:
                 self._seek_way(GOAL[phase], now_s)

@@ -18,6 +18,7 @@ class Phase(enum.Enum):
     CONNECTING = "connecting"
     WAITING_READY = "waiting until ready"
     CHECKING = "checking the vehicle"
+    CHECKING_ALOFT = "checking the flying vehicle"
     ARMING = "arming"
     TAKING_OFF = "taking off"
     ENTERING = "taking over"
@@ -44,8 +45,9 @@ class Trigger(enum.Enum):
 
     CONNECTED = "a vehicle was heard"
     READY = "the vehicle is ready to arm"
+    READY_ALOFT = "the vehicle flies already, and its flight is resumed"
+    FLIES_ALREADY = "the vehicle flies already, and not for this flight"
     CHECKS_PASSED = "every check passed"
-    CHECKS_PASSED_ALOFT = "every check passed, and the vehicle flies already"
     CHECKS_FAILED = "a check failed"
     ARMED = "the motors are armed"
     DISARMED = "the motors are disarmed"
@@ -147,18 +149,26 @@ TABLE: tuple[Row, ...] = (
     Row((_P.CONNECTING,), _T.CONNECTED, _P.WAITING_READY, "the vehicle answers"),
     Row((_P.WAITING_READY,), _T.READY, _P.CHECKING, "the vehicle says it is ready"),
     Row((_P.CHECKING,), _T.CHECKS_PASSED, _P.ARMING, "every check passed"),
-    Row((_P.CHECKING,), _T.CHECKS_PASSED_ALOFT, _P.ENTERING, "every check passed, and it flies already"),
     Row((_P.CHECKING,), _T.CHECKS_FAILED, _P.ABORTED, "a check failed: nothing was armed"),
     Row((_P.ARMING,), _T.ARMED, _P.TAKING_OFF, "armed"),
     Row(_BEFORE_FLIGHT, _T.TIMED_OUT, _P.ABORTED, "it took too long: nothing took off"),
     Row(_BEFORE_FLIGHT, _T.RETURN, _P.ABORTED, "the operator stopped it before take-off"),
     Row(_BEFORE_FLIGHT, _T.LAND, _P.ABORTED, "the operator stopped it before take-off"),
     Row(_BEFORE_FLIGHT, _T.LEAVE, _P.ABORTED, "the operator stopped it before take-off"),
+    Row(_BEFORE_FLIGHT, _T.FLIES_ALREADY, _P.ABORTED, "it flies already: only `mission resume` takes over in the air"),
     Row((_P.TAKING_OFF,), _T.AT_ALTITUDE, _P.ENTERING, "take-off altitude reached"),
     Row((_P.TAKING_OFF,), _T.AT_ALTITUDE_MISSION, _P.AUTO_MISSION, "take-off altitude reached"),
     Row((_P.TAKING_OFF,), _T.TIMED_OUT, _P.LANDING, "the take-off took too long"),
     Row((_P.TAKING_OFF,), _T.DISARMED, _P.ABORTED, "the vehicle disarmed before it left the ground"),
     Row((_P.TAKING_OFF,), _T.OUTSIDE, _P.LANDING, "the climb drifted out of the fence"),
+    # A flight that is resumed in the air; who steers the vehicle keeps it (`phase_machine`).
+    Row((_P.WAITING_READY,), _T.READY_ALOFT, _P.CHECKING_ALOFT, "it flies already"),
+    Row((_P.CHECKING_ALOFT,), _T.CHECKS_PASSED, _P.ENTERING, "every check passed, and nobody steers it"),
+    Row((_P.CHECKING_ALOFT,), _T.CHECKS_FAILED, _P.TAKING_BACK, "a check failed: it is flown home"),
+    Row((_P.CHECKING_ALOFT,), _T.TIMED_OUT, _P.TAKING_BACK, "the checks took too long: it is flown home"),
+    Row((_P.CHECKING_ALOFT,), _T.RETURN, _P.TAKING_BACK, "called back by the operator"),
+    Row((_P.CHECKING_ALOFT,), _T.LAND, _P.LANDING, "the operator lets it land here"),
+    Row((_P.CHECKING_ALOFT,), _T.PILOT, _P.OVERRIDDEN, "somebody else flies it: taken over when the operator resumes"),
     # Exploring.
     Row((_P.ENTERING,), _T.UNDER_CONTROL, _P.TRANSIT, "the vehicle follows our setpoints"),
     Row((_P.ENTERING,), _T.NO_WAY, _P.LANDING, "no proven way leads to the exploration"),
@@ -218,7 +228,7 @@ TABLE: tuple[Row, ...] = (
     Row((_P.BLIND,), _T.DISARMED, _P.ABORTED, "heard again, disarmed"),
     Row((_P.BLIND,), _T.TIMED_OUT, _P.ABORTED, "the vehicle was never heard again"),
     Row(
-        (_P.TAKING_OFF, *_AUTO, _P.VEHICLE_RETURN, _P.LANDING, _P.HANDING_OVER, _P.OVERRIDDEN),
+        (_P.CHECKING_ALOFT, _P.TAKING_OFF, *_AUTO, _P.VEHICLE_RETURN, _P.LANDING, _P.HANDING_OVER, _P.OVERRIDDEN),
         _T.LINK_GONE,
         _P.ABORTED,
         "the vehicle was never heard again",
@@ -242,8 +252,8 @@ TABLE: tuple[Row, ...] = (
     Row((_P.BLIND,), _T.PILOT, _P.OVERRIDDEN, "the pilot changed the mode: we only watch"),
     Row((_P.OVERRIDDEN,), _T.RESUME, _P.ENTERING, "the operator takes over again"),
     Row((_P.OVERRIDDEN,), _T.LAND, _P.LANDING, "the operator lets it land"),
-    Row((_P.OVERRIDDEN,), _T.LEAVE, _P.ABORTED, "the operator leaves: whoever is in control stays so"),
-    Row((_P.OVERRIDDEN,), _T.DISARMED, _P.LANDED, "on the ground, disarmed"),
+    Row((_P.CHECKING_ALOFT, _P.OVERRIDDEN), _T.LEAVE, _P.ABORTED, "whoever is in control stays so"),
+    Row((_P.CHECKING_ALOFT, _P.OVERRIDDEN), _T.DISARMED, _P.LANDED, "on the ground, disarmed"),
     Row(
         (*STREAMING, _P.HANDING_OVER),
         _T.DISARMED,

@@ -32,6 +32,15 @@ def obeyed(command: Command, state: VehicleState) -> bool:
             return state.mode in (FlightMode.MISSION, FlightMode.RETURN, FlightMode.LAND)
 
 
+def unsteered(state: VehicleState) -> bool:
+    """Whether nobody steers a flying vehicle: it waits for setpoints or holds, or a failsafe brings it down.
+
+    Whoever chose any other mode wants something of it, a return without a failsafe too.
+    """
+    brought_down = state.failsafe and state.mode in (FlightMode.RETURN, FlightMode.LAND)
+    return brought_down or state.mode in (FlightMode.EXTERNAL, FlightMode.HOLD)
+
+
 def at_altitude(state: VehicleState, mode_before: FlightMode, ground_up_m: float, height_m: float) -> bool:
     """Whether the climb is done: level at the height, or the autopilot says so by holding (as PX4 does).
 

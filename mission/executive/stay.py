@@ -16,6 +16,7 @@ MODE_GRACE_S = 3.0
 _LIMIT_S: dict[Phase, float] = {
     Phase.CONNECTING: 60.0,
     Phase.CHECKING: 180.0,
+    Phase.CHECKING_ALOFT: 180.0,
     Phase.ARMING: 60.0,
     Phase.ENTERING: 60.0,
     Phase.TAKING_BACK: 60.0,
@@ -79,7 +80,7 @@ def limit_s(
             return 3.0 * exploration.duration_s + 300.0
         case Phase.WAITING_READY:
             return assignment.ready_timeout_s * patience
-        case Phase.CONNECTING | Phase.CHECKING:
+        case Phase.CONNECTING | Phase.CHECKING | Phase.CHECKING_ALOFT:
             return _LIMIT_S[phase] * patience
         case _:
             return _LIMIT_S.get(phase, float("inf"))

@@ -167,7 +167,7 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
     rate = settings.speed if settings.link == SIM else 1.0
     clock = FlightClock(time.monotonic(), rate)
     belief = Belief(problem, settings.flown_m, settings.flown_yaw_rad)
-    assignment = assignment_of(planned, settings.method)
+    assignment = assignment_of(planned, settings.method, settings.resumed)
     energy = energy_of(mission, problem)
     executive = Executive(assignment, monitors_of(mission, belief, energy), from_s=settings.from_s, patience=rate)
     loop: FlightLoop | None = None
@@ -184,7 +184,7 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
                 energy,
                 Intake(settings.folder, mission),
                 assignment,
-                lambda: _prepare(link, planned, settings),
+                lambda aloft: _prepare(link, planned, settings, aloft),
                 lambda: cycle is None or cycle.warm,
                 settings.from_s,
             )
@@ -227,8 +227,11 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
     return Flown(outcome_of(executive), loop.interrupted, summary, settings.folder, tuple(map(str, files)))
 
 
-def _prepare(link: Link, planned: Planned, settings: FlightSettings) -> int | None:
+def _prepare(link: Link, planned: Planned, settings: FlightSettings, aloft: bool) -> int | None:
     """What must be done before arming, uploads above all; the number of the last waypoint of an uploaded mission.
+
+    A mission uploaded to a vehicle that is flying one would be flown at once, whoever has the vehicle: what remains of a
+    flight that is resumed in the air is flown by setpoints.
 
     Raises:
         LinkError: The vehicle does not hold what was sent.
@@ -238,7 +241,7 @@ def _prepare(link: Link, planned: Planned, settings: FlightSettings) -> int | No
         raise ValueError("; ".join(problems))
     plan = plan_file_of(planned)
     upload_safety(link, plan)
-    return upload_plan(link, plan) if settings.method is FlightMethod.MISSION else None
+    return upload_plan(link, plan) if settings.method is FlightMethod.MISSION and not aloft else None
 
 
 def outcome_of(executive: Executive) -> Outcome:

@@ -20,8 +20,14 @@ _LEAST_TRACK_ERROR_M = 0.5
 _MOST_TRACK_ERROR_M = 5.0
 
 
-def assignment_of(planned: Planned, method: FlightMethod) -> Assignment:
-    """What the executive is given to do."""
+def assignment_of(planned: Planned, method: FlightMethod, resumed: bool = False) -> Assignment:
+    """What the executive is given to do.
+
+    Args:
+        planned: The mission and its plan.
+        method: Setpoints, or an uploaded mission.
+        resumed: Whether it goes on with an earlier flight.
+    """
     mission, limits = planned.mission, planned.problem.limits
     return Assignment(
         exploration=planned.plan.best.trajectory,
@@ -32,6 +38,7 @@ def assignment_of(planned: Planned, method: FlightMethod) -> Assignment:
         max_yaw_rate_radps=limits.max_yaw_rate_radps,
         max_climb_mps=limits.max_climb_mps,
         ready_timeout_s=mission.link.ready_timeout_s,
+        resumed=resumed,
     )
 
 

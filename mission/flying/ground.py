@@ -32,9 +32,9 @@ _OPERATOR = {"pause": Operator.PAUSE, "resume": Operator.RESUME, "return": Opera
 
 _WARM_UP_HOST_S = 90.0
 
-Prepare = Callable[[], int | None]
-"""Does what else must be done before arming (uploads): the number of the last waypoint of an uploaded mission, if there
-is one; its refusal is a LinkError or a ValueError."""
+Prepare = Callable[[bool], int | None]
+"""Does what else must be done before arming (uploads), told whether the vehicle flies already: the number of the last
+waypoint of an uploaded mission, if there is one; its refusal is a LinkError or a ValueError."""
 
 
 class Ground:
@@ -99,11 +99,11 @@ class Ground:
         last_item = None
         if not problems:
             try:
-                last_item = self._prepare()
+                last_item = self._prepare(state.aloft)
             except (LinkError, ValueError) as error:
                 problems.append(str(error))
         until_s = time.monotonic() + _WARM_UP_HOST_S
-        while not problems and not self._warm() and time.monotonic() < until_s:
+        while not problems and not state.aloft and not self._warm() and time.monotonic() < until_s:
             time.sleep(0.05)
         return Checked(tuple(problems), settings.notes, exploration, settings.limits, last_item)
 

@@ -107,7 +107,9 @@ def _allowance_m(margin_m: float) -> float:
 
 
 def _in_air(log: FlightLog) -> np.ndarray:
-    return np.array([phase not in ("arming", "landed", "checking the vehicle") for phase in log.phase], dtype=bool)
+    return np.array(
+        [phase not in ("arming", "disarming", "landed", "checking the vehicle") for phase in log.phase], dtype=bool
+    )
 
 
 def _on_course(log: FlightLog) -> np.ndarray:

@@ -144,15 +144,3 @@ def test_whatever_happens_in_whatever_order_the_flight_ends(seed):
     given_up = flight.executive.why == "the vehicle was never heard again"
     assert not flight.vehicle.armed or given_up or flight.phase is Phase.HANDED_OVER
     assert flight.course is None
-
-
-def test_a_vehicle_that_flies_already_is_taken_over_where_it_is():
-    flight = Flight()
-    flight.vehicle.armed = True
-    flight.vehicle.position = np.array([30.0, 5.0, 12.0])
-    flight.vehicle.ready_after_s = 1e9
-    flight.run()
-    assert Phase.ARMING not in flight.phases
-    assert Phase.TAKING_OFF not in flight.phases
-    assert flight.phase is Phase.LANDED
-    assert flight.executive.explored
