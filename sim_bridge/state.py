@@ -203,8 +203,10 @@ class CommandDone:
         command: What was asked for.
         accepted: Whether the vehicle took it.
         reason: Why not, with the vehicle's own words where it said any; empty where it was accepted.
+        answered: Whether the vehicle said anything to it; without an answer it may have been taken all the same.
     """
 
     command: Command
     accepted: bool
     reason: str = ""
+    answered: bool = True

@@ -28,6 +28,7 @@ from mission.executive.events import (
     Say,
     Stream,
     WayFound,
+    Withdraw,
 )
 from mission.executive.executive import Executive
 from mission.executive.phases import FINAL, STREAMING, Phase
@@ -259,6 +260,8 @@ class Rehearsal:
                         self._link.close_stream()
                 case Order(command, altitude_m):
                     self._link.request(command, altitude_m, self.now_s)
+                case Withdraw():
+                    self._link.withdraw()
                 case RunChecks():
                     self._answers.append(Checked(()))
                 case FindWay():

@@ -79,6 +79,10 @@ class VirtualLink:
         """Give a command; its answer comes among the events."""
         self._talk.append(_Conversation(command, self._steps(command, altitude_m)))
 
+    def withdraw(self) -> None:
+        """Give none of the commands that were not begun yet."""
+        self._talk = [talk for talk in self._talk if talk.attempts or talk.waits_for or talk.command is None]
+
     def stream(self, setpoint: Setpoint, now_s: float) -> None:
         """Send a setpoint now, and again until the next one."""
         self._stream = setpoint
@@ -136,7 +140,7 @@ class VirtualLink:
         if now_s - talk.sent_s < ATTEMPT_S:
             return
         if talk.attempts >= ATTEMPTS:
-            self._end(False, "timeout")
+            self._end(False, "timeout", answered=False)
             return
         number, params = talk.steps[0]
         values = (*params, *(0.0,) * (7 - len(params)))
@@ -161,10 +165,10 @@ class VirtualLink:
             if not talk.steps:
                 self._end(True, "")
 
-    def _end(self, accepted: bool, reason: str) -> None:
+    def _end(self, accepted: bool, reason: str, answered: bool = True) -> None:
         talk = self._talk.pop(0)
         if talk.command is not None:
-            self._heard.append(CommandDone(talk.command, accepted, reason))
+            self._heard.append(CommandDone(talk.command, accepted, reason, answered))
 
     def _steps(self, command: Command, altitude_m: float | None) -> list[tuple[int, tuple[float, ...]]]:
         px4 = self.autopilot is Autopilot.PX4

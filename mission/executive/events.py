@@ -174,6 +174,11 @@ class Order:
 
 
 @dataclasses.dataclass(frozen=True)
+class Withdraw:
+    """Give none of the commands that were ordered and have not been sent yet."""
+
+
+@dataclasses.dataclass(frozen=True)
 class Stream:
     """Follow a course with setpoints; None: not one setpoint more."""
 
@@ -205,4 +210,4 @@ class Say:
     warning: bool = False
 
 
-Action = RunChecks | Order | Stream | FindWay | Entered | Say
+Action = RunChecks | Order | Withdraw | Stream | FindWay | Entered | Say

@@ -140,8 +140,9 @@ class Executive:
 
     @property
     def held_by_block(self) -> bool:
-        """Whether it holds because new information blocks the course."""
-        return self.phase is Phase.HOLDING and self._machine.interruption.by_block
+        """Whether it holds because new information blocks the course, and for no other reason."""
+        interruption = self._machine.interruption
+        return self.phase is Phase.HOLDING and interruption.by_block and not interruption.paused
 
     def receive(self, event: Event, now_s: float) -> list[Action]:
         """Take in what happened.
@@ -221,17 +222,21 @@ class Executive:
     # What is said: by the vehicle about its orders, by the operator, checks, ways, replans, the stream's own watchdog.
 
     def _command_done(self, done: CommandDone, now_s: float) -> None:
-        if not self._order.answered(done, self.phase, now_s):
-            return
-        self._machine.say(f"the vehicle did not {done.command.value}: {done.reason}", warning=True)
-        if done.command is Command.RETURN and self.phase is Phase.VEHICLE_RETURN:
+        if self._order.answered(done, self.phase, now_s):
+            did_not = "did not" if done.answered else "has not answered to"
+            self._machine.say(f"the vehicle {did_not} {done.command.value}: {done.reason}", warning=True)
+        if self.phase is Phase.VEHICLE_RETURN and self._order.refused:
             self._fire(Trigger.TIMED_OUT, now_s)
 
     def _operate(self, wish: Operator, now_s: float) -> None:
-        if wish is Operator.RESUME and self.held_by_block:
-            self._machine.say("the course is blocked: it goes on when a new one is proven", warning=True)
+        machine = self._machine
+        if (wish is Operator.PAUSE and machine.pause(now_s)) or (wish is Operator.RESUME and machine.unpause()):
+            return
+        if wish is Operator.RESUME and self.phase is Phase.HOLDING and machine.interruption.by_block:
+            machine.interruption.paused = False
+            machine.say("the course is blocked: it goes on when a new one is proven", warning=True)
         elif not self._fire(Trigger[wish.name], now_s):
-            self._machine.say(f"{wish.value}: nothing to do while {self.phase.value}")
+            machine.say(f"{wish.value}: nothing to do while {self.phase.value}")
 
     def _checked(self, checked: Checked, now_s: float) -> None:
         for problem in checked.problems:

@@ -98,9 +98,13 @@ class Hearing:
                     self._fire(Trigger.READY_ALOFT if self._assignment.resumed else Trigger.FLIES_ALREADY, now_s)
                 elif state.ready:
                     self._fire(Trigger.READY, now_s)
-            case Phase.CHECKING | Phase.ARMING if state.aloft:
+            case Phase.CHECKING | Phase.ARMING | Phase.DISARMING if state.aloft:
                 # Somebody else took off with it.
                 self._fire(Trigger.FLIES_ALREADY, now_s)
+            case Phase.DISARMING:
+                # The answer counts: before it, the order to arm may still be on its way.
+                if not state.armed and self._order.taken_s is not None:
+                    self._fire(Trigger.DISARMED, now_s)
             case Phase.BLIND:
                 self._heard_again(state, silent_s, now_s)
             case _:
@@ -154,6 +158,8 @@ class Hearing:
         if self._climbed(state, now_s):
             return
         stay, command = self._machine.stay, order_of(self._phase)
+        if command is not None:
+            self._order.seen(command, state, now_s)
         # An order that was not taken yet leaves the mode as it was.
         due_s = self._order.taken_s if command is not None else stay.since_s
         settled = due_s is not None and now_s - due_s > MODE_GRACE_S

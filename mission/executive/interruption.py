@@ -13,9 +13,15 @@ _PASSES = (Trigger.TOO_CLOSE, Trigger.OFF_TRACK, Trigger.STALLED)
 
 
 class Interruption:
-    """Remembers where the flight goes on."""
+    """Remembers where the flight goes on.
+
+    Attributes:
+        paused: Whether the operator wants the vehicle to stand; only the operator, or a danger, ends that.
+    """
 
     def __init__(self) -> None:
+        self.paused = False
+        self._paused_from = Phase.LANDING
         self._held_from = Phase.FOLLOWING
         self._blind_from = Phase.FOLLOWING
         self._held_for: Trigger | None = None
@@ -26,12 +32,20 @@ class Interruption:
         """A phase is left for another: note what that interrupts, if it does."""
         if goto is Phase.BLIND:
             self._blind_from = phase
+        elif goto is Phase.RETURN_PAUSED:
+            self._paused_from = phase
         elif goto is Phase.HOLDING:
             self._held_from, self._held_for = phase, trigger
 
     def interrupted_by(self, phase: Phase) -> Phase:
         """What a phase interrupted: where it goes on after it."""
-        return self._blind_from if phase is Phase.BLIND else self._held_from
+        match phase:
+            case Phase.BLIND:
+                return self._blind_from
+            case Phase.RETURN_PAUSED:
+                return self._paused_from
+            case _:
+                return self._held_from
 
     def over(self) -> None:
         """The flight moves again."""
@@ -45,7 +59,7 @@ class Interruption:
     @property
     def passes(self) -> bool:
         """Whether it may pass by itself."""
-        return self._held_for in _PASSES
+        return self._held_for in _PASSES and not self.paused
 
     def stand(self) -> None:
         """The vehicle begins to stand: how calm it is counts from here."""

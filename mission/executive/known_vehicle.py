@@ -30,6 +30,11 @@ class KnownVehicle:
         return self.state.mode if self.state is not None else FlightMode.OTHER
 
     @property
+    def down(self) -> bool:
+        """Whether it was last seen on the ground."""
+        return self._grounded_since_s is not None
+
+    @property
     def unsteered(self) -> bool:
         """Whether nobody steers it, as far as its mode tells: it waits for setpoints, holds, or acts on a failsafe."""
         return self.state is not None and readings.unsteered(self.state)

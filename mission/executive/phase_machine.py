@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 from mission.executive.course_keeper import CourseKeeper
-from mission.executive.events import Action, Assignment, Entered, FindWay, Goal, RunChecks, Say, Stream
+from mission.executive.events import Action, Assignment, Entered, FindWay, Goal, RunChecks, Say, Stream, Withdraw
 from mission.executive.interruption import Interruption
 from mission.executive.known_vehicle import KnownVehicle
-from mission.executive.phases import STREAMING, Phase, Trigger, next_phase
+from mission.executive.phases import FINAL, STREAMING, Phase, Trigger, next_phase
 from mission.executive.standing_order import StandingOrder
 from mission.executive.stay import Stay
 from sim_bridge.state import FlightMode
@@ -26,6 +26,21 @@ _WHERE_STEERED = {
     Trigger.LAND: Trigger.LEAVE,
 }
 """What is done about a flying vehicle instead, before it was ever ours."""
+
+_PAUSED_LATER = (Phase.CHECKING_ALOFT, Phase.TAKING_OFF, Phase.BLIND, *GOAL)
+"""Phases that a pause waits for: the climb, a way that is sought, a link."""
+_STANDS = (Phase.HOLDING, Phase.AUTO_HOLD, Phase.RETURN_PAUSED)
+_KEEPS_PAUSE = (
+    Trigger.CHECKS_PASSED,
+    Trigger.AT_ALTITUDE,
+    Trigger.AT_ALTITUDE_MISSION,
+    Trigger.UNDER_CONTROL,
+    Trigger.LINK_LOST,
+    Trigger.LINK_BACK,
+    Trigger.LINK_BACK_HOLDING,
+    Trigger.LINK_BACK_HOMEWARD,
+)
+"""What does not end a pause: all else is a wish of the operator, somebody else's doing, or a danger."""
 
 
 class PhaseMachine:
@@ -82,8 +97,40 @@ class PhaseMachine:
         self.why = row.why
         self._order.begin()
         self.act(Entered(goto, row.why))
+        if goto not in FINAL or trigger is Trigger.FLIES_ALREADY:
+            # What was ordered in a phase must not come after its end; a flight that ends has its last order given.
+            self.act(Withdraw())
+        self.interruption.paused = trigger is Trigger.PAUSE or (self.interruption.paused and trigger in _KEEPS_PAUSE)
         self._enter(goto, now_s)
+        if self.interruption.paused and trigger is not Trigger.PAUSE:
+            self.fire(Trigger.PAUSE, now_s)
         return True
+
+    def pause(self, now_s: float) -> bool:
+        """Have the vehicle stand, now or as soon as it can, until the operator wants otherwise.
+
+        Returns:
+            Whether there is anything to stand still from.
+        """
+        if self.phase in _PAUSED_LATER:
+            self.say("paused by the operator: it stands as soon as this is done")
+        elif self.phase in _STANDS:
+            self.say("paused by the operator: it stands until it is resumed")
+        else:
+            return not self._vehicle.down and self.fire(Trigger.PAUSE, now_s)
+        self.interruption.paused = True
+        return True
+
+    def unpause(self) -> bool:
+        """Drop a pause that has not come into effect yet.
+
+        Returns:
+            Whether there was one.
+        """
+        if waited := self.interruption.paused and self.phase in _PAUSED_LATER and self.phase is not Phase.BLIND:
+            self.interruption.paused = False
+            self.say("resumed by the operator: it does not stand")
+        return waited
 
     def _sparing(self, trigger: Trigger) -> Trigger:
         """What a trigger comes to where somebody else steers the vehicle: nothing that would take it from them."""

@@ -20,6 +20,7 @@ class Phase(enum.Enum):
     CHECKING = "checking the vehicle"
     CHECKING_ALOFT = "checking the flying vehicle"
     ARMING = "arming"
+    DISARMING = "disarming"
     TAKING_OFF = "taking off"
     ENTERING = "taking over"
     TAKING_BACK = "taking over to return"
@@ -31,6 +32,7 @@ class Phase(enum.Enum):
     RETURNING = "returning"
     VEHICLE_RETURN = "vehicle returns by itself"
     LANDING = "landing"
+    RETURN_PAUSED = "return or landing paused"
     AUTO_MISSION = "vehicle flies the uploaded mission"
     AUTO_HOLD = "vehicle holds"
     HANDING_OVER = "handing over"
@@ -106,6 +108,7 @@ AIRBORNE = (
     Phase.BLIND,
     Phase.VEHICLE_RETURN,
     Phase.LANDING,
+    Phase.RETURN_PAUSED,
     Phase.AUTO_MISSION,
     Phase.AUTO_HOLD,
     Phase.HANDING_OVER,
@@ -118,7 +121,7 @@ HOMEWARD = (Phase.TAKING_BACK, Phase.TURNING_BACK, Phase.RETURNING)
 FINAL = (Phase.LANDED, Phase.HANDED_OVER, Phase.ABORTED)
 """Phases that end the flight."""
 
-_BEFORE_FLIGHT = (Phase.CONNECTING, Phase.WAITING_READY, Phase.CHECKING, Phase.ARMING)
+_BEFORE_ARMING = (Phase.CONNECTING, Phase.WAITING_READY, Phase.CHECKING)
 _OURS = tuple(phase for phase in AIRBORNE if phase is not Phase.BLIND)
 _OUTWARD = (Phase.TRANSIT, Phase.FOLLOWING, Phase.HOLDING)
 _HEARD_AGAIN = (Phase.BLIND, *STREAMING)
@@ -132,7 +135,7 @@ class Row:
     Attributes:
         phases: Where the row holds.
         trigger: What happens.
-        goto: What the flight does then; None: what holding interrupted.
+        goto: What the flight does then; None: what was interrupted.
         why: The reason, as it is told to the operator.
     """
 
@@ -151,11 +154,24 @@ TABLE: tuple[Row, ...] = (
     Row((_P.CHECKING,), _T.CHECKS_PASSED, _P.ARMING, "every check passed"),
     Row((_P.CHECKING,), _T.CHECKS_FAILED, _P.ABORTED, "a check failed: nothing was armed"),
     Row((_P.ARMING,), _T.ARMED, _P.TAKING_OFF, "armed"),
-    Row(_BEFORE_FLIGHT, _T.TIMED_OUT, _P.ABORTED, "it took too long: nothing took off"),
-    Row(_BEFORE_FLIGHT, _T.RETURN, _P.ABORTED, "the operator stopped it before take-off"),
-    Row(_BEFORE_FLIGHT, _T.LAND, _P.ABORTED, "the operator stopped it before take-off"),
-    Row(_BEFORE_FLIGHT, _T.LEAVE, _P.ABORTED, "the operator stopped it before take-off"),
-    Row(_BEFORE_FLIGHT, _T.FLIES_ALREADY, _P.ABORTED, "it flies already: only `mission resume` takes over in the air"),
+    Row(_BEFORE_ARMING, _T.TIMED_OUT, _P.ABORTED, "it took too long: nothing took off"),
+    Row(_BEFORE_ARMING, _T.RETURN, _P.ABORTED, "the operator stopped it before take-off"),
+    Row(_BEFORE_ARMING, _T.LAND, _P.ABORTED, "the operator stopped it before take-off"),
+    Row(_BEFORE_ARMING, _T.LEAVE, _P.ABORTED, "the operator stopped it before take-off"),
+    # The order to arm may be on its way, or taken and not shown yet.
+    Row((_P.ARMING,), _T.TIMED_OUT, _P.DISARMING, "arming took too long"),
+    Row((_P.ARMING,), _T.RETURN, _P.DISARMING, "the operator stopped it before take-off"),
+    Row((_P.ARMING,), _T.LAND, _P.DISARMING, "the operator stopped it before take-off"),
+    Row((_P.ARMING,), _T.LEAVE, _P.DISARMING, "the operator stopped it before take-off"),
+    Row((_P.DISARMING,), _T.DISARMED, _P.ABORTED, "disarmed before it left the ground"),
+    Row((_P.DISARMING,), _T.TIMED_OUT, _P.ABORTED, "it did not say that it disarmed: mind the motors"),
+    Row((_P.DISARMING,), _T.LEAVE, _P.ABORTED, "the operator left before it said that it disarmed: mind the motors"),
+    Row(
+        (*_BEFORE_ARMING, _P.ARMING, _P.DISARMING),
+        _T.FLIES_ALREADY,
+        _P.ABORTED,
+        "it flies already: only `mission resume` takes over in the air",
+    ),
     Row((_P.TAKING_OFF,), _T.AT_ALTITUDE, _P.ENTERING, "take-off altitude reached"),
     Row((_P.TAKING_OFF,), _T.AT_ALTITUDE_MISSION, _P.AUTO_MISSION, "take-off altitude reached"),
     Row((_P.TAKING_OFF,), _T.TIMED_OUT, _P.LANDING, "the take-off took too long"),
@@ -179,6 +195,10 @@ TABLE: tuple[Row, ...] = (
     Row((_P.FOLLOWING,), _T.EXPLORED_HOLD, _P.HANDING_OVER, "the exploration is done"),
     # Holding, and going on.
     Row(ON_COURSE, _T.PAUSE, _P.HOLDING, "paused by the operator"),
+    Row((_P.VEHICLE_RETURN, _P.LANDING), _T.PAUSE, _P.RETURN_PAUSED, "paused by the operator"),
+    Row((_P.RETURN_PAUSED,), _T.RESUME, None, "resumed by the operator"),
+    Row((_P.RETURN_PAUSED,), _T.TIMED_OUT, None, "paused for too long"),
+    Row((_P.RETURN_PAUSED,), _T.RETURN, _P.VEHICLE_RETURN, "called back by the operator"),
     Row(ON_COURSE, _T.TOO_CLOSE, _P.HOLDING, "closer to an obstacle than allowed"),
     Row(ON_COURSE, _T.OFF_TRACK, _P.HOLDING, "too far from the course"),
     Row(ON_COURSE, _T.STALLED, _P.HOLDING, "the flight was not watched: the stream braked by itself"),
@@ -209,13 +229,13 @@ TABLE: tuple[Row, ...] = (
     Row(STREAMING, _T.STREAM_FAILED, _P.VEHICLE_RETURN, "setpoints cannot be sent any more"),
     Row((_P.TAKING_OFF,), _T.RETURN, _P.LANDING, "called back during take-off"),
     Row(
-        (_P.TAKING_OFF, *STREAMING, _P.BLIND, _P.VEHICLE_RETURN, *_AUTO, _P.HANDING_OVER),
+        (_P.TAKING_OFF, *STREAMING, _P.BLIND, _P.VEHICLE_RETURN, _P.RETURN_PAUSED, *_AUTO, _P.HANDING_OVER),
         _T.LAND,
         _P.LANDING,
         "the operator lets it land here",
     ),
     Row((_P.VEHICLE_RETURN,), _T.TIMED_OUT, _P.LANDING, "the vehicle did not return"),
-    Row((_P.VEHICLE_RETURN, _P.LANDING), _T.DISARMED, _P.LANDED, "on the ground, disarmed"),
+    Row((_P.VEHICLE_RETURN, _P.LANDING, _P.RETURN_PAUSED), _T.DISARMED, _P.LANDED, "on the ground, disarmed"),
     Row((_P.HANDING_OVER,), _T.MODE_TAKEN, _P.HANDED_OVER, "the vehicle holds by itself"),
     Row((_P.HANDING_OVER,), _T.TIMED_OUT, _P.LANDING, "the vehicle did not take the hold mode"),
     # The link.
@@ -228,7 +248,16 @@ TABLE: tuple[Row, ...] = (
     Row((_P.BLIND,), _T.DISARMED, _P.ABORTED, "heard again, disarmed"),
     Row((_P.BLIND,), _T.TIMED_OUT, _P.ABORTED, "the vehicle was never heard again"),
     Row(
-        (_P.CHECKING_ALOFT, _P.TAKING_OFF, *_AUTO, _P.VEHICLE_RETURN, _P.LANDING, _P.HANDING_OVER, _P.OVERRIDDEN),
+        (
+            _P.CHECKING_ALOFT,
+            _P.TAKING_OFF,
+            *_AUTO,
+            _P.VEHICLE_RETURN,
+            _P.LANDING,
+            _P.RETURN_PAUSED,
+            _P.HANDING_OVER,
+            _P.OVERRIDDEN,
+        ),
         _T.LINK_GONE,
         _P.ABORTED,
         "the vehicle was never heard again",
@@ -296,7 +325,7 @@ def expected_modes(phase: Phase) -> frozenset[FlightMode]:
             return frozenset({FlightMode.LAND})
         case Phase.AUTO_MISSION:
             return frozenset({FlightMode.MISSION, FlightMode.RETURN, FlightMode.LAND})
-        case Phase.AUTO_HOLD | Phase.HANDING_OVER:
+        case Phase.AUTO_HOLD | Phase.RETURN_PAUSED | Phase.HANDING_OVER:
             return frozenset({FlightMode.HOLD})
         case _:
             return frozenset()
@@ -307,6 +336,8 @@ def order_of(phase: Phase) -> Command | None:
     match phase:
         case Phase.ARMING:
             return Command.ARM
+        case Phase.DISARMING:
+            return Command.DISARM
         case Phase.TAKING_OFF:
             return Command.TAKE_OFF
         case Phase.ENTERING | Phase.TAKING_BACK:
@@ -317,7 +348,7 @@ def order_of(phase: Phase) -> Command | None:
             return Command.LAND
         case Phase.AUTO_MISSION:
             return Command.START_MISSION
-        case Phase.AUTO_HOLD | Phase.HANDING_OVER:
+        case Phase.AUTO_HOLD | Phase.RETURN_PAUSED | Phase.HANDING_OVER:
             return Command.HOLD
         case _:
             return None

@@ -18,12 +18,14 @@ _LIMIT_S: dict[Phase, float] = {
     Phase.CHECKING: 180.0,
     Phase.CHECKING_ALOFT: 180.0,
     Phase.ARMING: 60.0,
+    Phase.DISARMING: 30.0,
     Phase.ENTERING: 60.0,
     Phase.TAKING_BACK: 60.0,
     Phase.HOLDING: 1800.0,
     Phase.BLIND: 300.0,
     Phase.TURNING_BACK: 60.0,
     Phase.VEHICLE_RETURN: 900.0,
+    Phase.RETURN_PAUSED: 300.0,
     Phase.HANDING_OVER: 30.0,
 }
 
@@ -80,7 +82,7 @@ def limit_s(
             return 3.0 * exploration.duration_s + 300.0
         case Phase.WAITING_READY:
             return assignment.ready_timeout_s * patience
-        case Phase.CONNECTING | Phase.CHECKING | Phase.CHECKING_ALOFT:
+        case Phase.CONNECTING | Phase.CHECKING | Phase.CHECKING_ALOFT | Phase.DISARMING:
             return _LIMIT_S[phase] * patience
         case _:
             return _LIMIT_S.get(phase, float("inf"))

@@ -230,8 +230,8 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
 def _prepare(link: Link, planned: Planned, settings: FlightSettings, aloft: bool) -> int | None:
     """What must be done before arming, uploads above all; the number of the last waypoint of an uploaded mission.
 
-    A mission uploaded to a vehicle that is flying one would be flown at once, whoever has the vehicle: what remains of a
-    flight that is resumed in the air is flown by setpoints.
+    A mission uploaded to a vehicle that is flying one would be flown at once, whoever has the vehicle: what remains of
+    a flight that is resumed in the air is flown by setpoints.
 
     Raises:
         LinkError: The vehicle does not hold what was sent.

@@ -34,6 +34,7 @@ from mission.executive.events import (
     Stream,
     StreamFailed,
     WayFound,
+    Withdraw,
 )
 from mission.executive.executive import Executive
 from mission.executive.phases import ON_COURSE, STREAMING, Phase
@@ -202,6 +203,8 @@ class FlightLoop:
                 case Order(command, altitude_m):
                     self._recorder.write("order", now_s, command=command.value)
                     self._link.request(command, altitude_m)
+                case Withdraw():
+                    self._link.withdraw()
                 case RunChecks():
                     self._submit(self._check, lambda why: Checked((f"the checks broke off: {why}",)))
                 case FindWay(goal):

@@ -213,6 +213,11 @@ class Link:
             raise LinkError(_NOT_HEARD)
         self._commands.request(command, altitude_m)
 
+    def withdraw(self) -> None:
+        """Give none of the commands that were asked for and not sent yet."""
+        if self._commands is not None:
+            self._commands.withdraw()
+
     def stream(self, setpoint: Setpoint) -> None:
         """Send one setpoint now; mavsdk repeats it at 20 Hz until the next one or `close_stream`."""
         vehicle_origin = self._telemetry.origin

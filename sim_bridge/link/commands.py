@@ -35,6 +35,7 @@ _RESULTS = {
     mavlink.MAV_RESULT_UNSUPPORTED: "unsupported",
     mavlink.MAV_RESULT_FAILED: "failed",
 }
+_UNANSWERED = ("UNKNOWN", "NO_SYSTEM", "CONNECTION_ERROR", "BUSY", "TIMEOUT")
 # Copter tells only heartbeats and texts until it is asked: message id, times a second.
 STREAMS_HZ = {
     mavlink.MAVLINK_MSG_ID_LOCAL_POSITION_NED: 30.0,
@@ -88,6 +89,12 @@ class Commands:
         """
         self._orders.put((command, altitude_m))
 
+    def withdraw(self) -> None:
+        """Give none of the commands that wait for their turn; the one being given takes its course."""
+        with contextlib.suppress(queue.Empty):
+            while True:
+                self._orders.get_nowait()
+
     def told(self, waits: bool) -> None:
         """Note whether the vehicle still fails to tell something that was asked for."""
         self._waits = waits
@@ -114,7 +121,7 @@ class Commands:
                 self._carry_out(command, altitude_m)
                 done = CommandDone(command, True)
             except (ActionError, OffboardError, MavlinkDirectError, LinkError) as error:
-                done = CommandDone(command, False, self._reason(error))
+                done = CommandDone(command, False, self._reason(error), answered=_is_answer(error))
             self._inbox.post(time.monotonic(), done)
 
     def _reason(self, error: Exception) -> str:
@@ -212,3 +219,14 @@ class Commands:
         result = json.loads(answer.fields_json)["result"]
         if result != mavlink.MAV_RESULT_ACCEPTED:
             raise LinkError(_RESULTS.get(result, f"result {result}"))
+
+
+def _is_answer(error: Exception) -> bool:
+    """Whether a refusal came from the vehicle, and not from an answer that never came."""
+    match error:
+        case ActionError() | OffboardError():
+            return error.result.name not in _UNANSWERED
+        case MavlinkDirectError():
+            return False
+        case _:
+            return True

@@ -16,6 +16,7 @@ from mission.executive.events import (
     Say,
     Stream,
     WayFound,
+    Withdraw,
 )
 from mission.executive.executive import Executive
 from mission.executive.monitors import Energy, Monitors
@@ -62,7 +63,8 @@ class Vehicle:
     def obey(self, order: Order, now_s: float) -> CommandDone:
         self.orders.append(order.command)
         if self.refuse.get(order.command):
-            return CommandDone(order.command, False, self.refuse[order.command].pop(0))
+            reason = self.refuse[order.command].pop(0)
+            return CommandDone(order.command, False, reason, answered=reason != "timeout")
         match order.command:
             case Command.ARM:
                 self.armed = True
@@ -161,6 +163,7 @@ class Flight:
         self.last_item: int | None = None
         self.phases: list[Phase] = []
         self.said: list[str] = []
+        self.withdrawn: list[Phase] = []
         self.answers = []
         self.setpoints: list[tuple[float, object]] = []
         self.push = np.zeros(3)
@@ -176,6 +179,8 @@ class Flight:
                     self.course = course
                 case Order():
                     self.answers.append(self.vehicle.obey(action, self.now_s))
+                case Withdraw():
+                    self.withdrawn.append(self.phase)
                 case RunChecks() if self.checks_end:
                     self.answers.append(Checked(self.problems, last_item=self.last_item))
                 case FindWay(goal, start, end):

@@ -82,14 +82,14 @@ def test_checks_that_fail_in_the_air_bring_the_vehicle_home():
     flight.run()
     assert flight.problems[0] in flight.said
     assert Phase.FOLLOWING not in flight.phases
-    assert [Phase.TAKING_BACK, Phase.RETURNING, Phase.LANDING, Phase.LANDED] == flight.phases[-4:]
+    assert flight.phases[-4:] == [Phase.TAKING_BACK, Phase.RETURNING, Phase.LANDING, Phase.LANDED]
 
 
 def test_checks_that_fail_in_the_air_with_no_proven_way_home_let_the_vehicle_return_by_itself():
     flight = met_in_the_air(FlightMode.HOLD)
     flight.problems, flight.no_way = ("no way leads from here to home",), "walled in"
     flight.run()
-    assert [Phase.TAKING_BACK, Phase.VEHICLE_RETURN, Phase.LANDED] == flight.phases[-3:]
+    assert flight.phases[-3:] == [Phase.TAKING_BACK, Phase.VEHICLE_RETURN, Phase.LANDED]
 
 
 def test_checks_that_fail_leave_a_vehicle_that_is_steered_to_who_steers_it():

@@ -1,5 +1,6 @@
 """Commands: given when they are due, asked again, and refusals shown."""
 
+import numpy as np
 import pytest
 
 from mission.executive.events import Operator
@@ -74,13 +75,38 @@ def test_a_vehicle_that_does_not_take_setpoints_lands_where_it_is():
     assert flight.run().phase is Phase.LANDED
 
 
-def test_a_return_that_is_refused_becomes_a_landing():
+def returning_by_itself(answers: list[str]) -> Flight:
     flight = Flight().exploring()
     flight.no_way = "walled in"
-    flight.vehicle.refuse[Command.RETURN] = ["denied"] * 1000
+    flight.vehicle.refuse[Command.RETURN] = answers
     flight.tell(Operator.RETURN)
+    return flight
+
+
+def test_a_return_that_is_refused_time_and_again_becomes_a_landing():
+    flight = returning_by_itself(["denied"] * 1000)
     flight.run()
     assert flight.phases[-3:] == [Phase.VEHICLE_RETURN, Phase.LANDING, Phase.LANDED]
+    assert flight.vehicle.orders.count(Command.RETURN) == 3
+
+
+@pytest.mark.parametrize("answers", [["denied"] * 2, ["timeout"] * 6, ["denied", "timeout", "denied", "timeout"]])
+def test_a_return_whose_answer_is_lost_or_refused_once_or_twice_is_asked_for_again(answers):
+    flight = returning_by_itself(answers.copy())
+    flight.run()
+    assert flight.phases[-2:] == [Phase.VEHICLE_RETURN, Phase.LANDED]
+    assert np.hypot(*flight.vehicle.position[:2]) < 0.2
+    assert flight.vehicle.orders.count(Command.RETURN) == len(answers) + 1
+
+
+def test_a_return_that_was_taken_although_its_answer_was_lost_is_seen_in_the_mode():
+    flight = returning_by_itself(["timeout"])
+    flight.run_for(0.2)
+    flight.vehicle.set_mode(FlightMode.RETURN, flight.now_s)
+    flight.run_for(1.0)
+    assert flight.course is None
+    assert flight.run().phase is Phase.LANDED
+    assert flight.vehicle.orders.count(Command.RETURN) == 1
 
 
 @pytest.mark.parametrize("wish", [Operator.RETURN, Operator.LAND, Operator.LEAVE])
@@ -93,6 +119,38 @@ def test_the_operator_stops_it_before_take_off(phase, wish):
     assert flight.run().phase is Phase.ABORTED
     assert not flight.vehicle.armed
     assert not flight.setpoints
+
+
+@pytest.mark.parametrize("wish", [Operator.RETURN, Operator.LAND, Operator.LEAVE])
+@pytest.mark.parametrize("refusals", [[], ["timeout", "denied"]])
+def test_a_vehicle_that_was_armed_already_is_disarmed_before_the_flight_ends(wish, refusals):
+    flight = Flight().run_to(Phase.ARMING)
+    flight.run(lambda f: f.vehicle.armed)
+    flight.vehicle.refuse[Command.DISARM] = refusals.copy()
+    flight.tell(wish)
+    flight.run()
+    assert flight.phases[-2:] == [Phase.DISARMING, Phase.ABORTED]
+    assert not flight.vehicle.armed
+    assert flight.vehicle.orders == [Command.ARM, *[Command.DISARM] * (len(refusals) + 1)]
+
+
+def test_an_order_to_arm_that_is_not_shown_yet_is_undone_too():
+    flight = Flight()
+    flight.vehicle.refuse[Command.ARM] = ["timeout"]
+    flight.run_to(Phase.ARMING)
+    flight.tell(Operator.RETURN)
+    flight.run()
+    assert flight.withdrawn[-1] is Phase.DISARMING
+    assert flight.vehicle.orders == [Command.ARM, Command.DISARM]
+
+
+def test_a_vehicle_that_does_not_say_that_it_disarmed_is_warned_of():
+    flight = Flight().run_to(Phase.ARMING)
+    flight.run(lambda f: f.vehicle.armed)
+    flight.vehicle.refuse[Command.DISARM] = ["denied"] * 1000
+    flight.tell(Operator.RETURN)
+    assert flight.run().phase is Phase.ABORTED
+    assert "mind the motors" in flight.executive.why
 
 
 def test_motors_that_stop_in_the_air_end_the_flight_and_the_stream():

@@ -7,9 +7,7 @@ from mission.executive.events import (
     Operator,
 )
 from mission.executive.phases import Phase
-from sim_bridge.state import (
-    FlightMode,
-)
+from sim_bridge.state import Command, FlightMode
 from tests.mission.rehearsed_flight import Flight
 
 
@@ -18,6 +16,7 @@ def test_a_mode_change_by_the_pilot_stops_the_stream_at_once_and_is_never_fought
     flight.vehicle.set_mode(FlightMode.PILOT, flight.now_s)
     orders = len(flight.vehicle.orders)
     flight.run_to(Phase.OVERRIDDEN)
+    assert flight.withdrawn[-1] is Phase.OVERRIDDEN
     sent = len(flight.setpoints)
     flight.run_for(60.0)
     assert flight.phase is Phase.OVERRIDDEN
@@ -60,3 +59,14 @@ def test_a_failsafe_of_the_vehicle_is_told_apart_from_the_pilot():
     assert "failsafe" in flight.executive.why or flight.phase is Phase.LANDED
     assert flight.phase is Phase.LANDED
     assert not flight.executive.explored
+
+
+def test_a_pilot_who_takes_off_before_the_order_to_is_taken_has_the_vehicle():
+    flight = Flight()
+    flight.vehicle.refuse[Command.TAKE_OFF] = ["denied"] * 1000
+    flight.run_to(Phase.TAKING_OFF)
+    flight.vehicle.set_mode(FlightMode.PILOT, flight.now_s)
+    flight.vehicle.position = np.array([0.0, 0.0, 4.0])
+    flight.run_for(6.0)
+    assert flight.phase is Phase.OVERRIDDEN
+    assert Command.LAND not in flight.vehicle.orders

@@ -1,8 +1,10 @@
 """The loop of a flight: what Ctrl-C means, and jobs that break off."""
 
+from types import SimpleNamespace
+
 import pytest
 
-from mission.executive.events import Checked, FindWay, Goal, Operator, RunChecks, WayFound
+from mission.executive.events import Checked, FindWay, Goal, Operator, RunChecks, WayFound, Withdraw
 from mission.executive.phases import Phase
 from mission.flying.flight_loop import FlightLoop
 from sim_bridge.state import FlightMode
@@ -74,3 +76,10 @@ def test_where_somebody_else_has_the_vehicle_ctrl_c_leaves_it_to_them(phase):
     loop.interrupt()
     assert flight.phase is Phase.ABORTED
     assert len(flight.vehicle.orders) == orders
+
+
+def test_what_the_executive_withdraws_is_withdrawn_from_the_link():
+    called = []
+    loop = FlightLoop(Flight().executive, SimpleNamespace(withdraw=lambda: called.append(True)), *[None] * 7)  # pyright: ignore[reportArgumentType]
+    loop._act([Withdraw()], 0.0)
+    assert called
