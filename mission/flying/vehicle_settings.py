@@ -10,6 +10,7 @@ import dataclasses
 import math
 from collections.abc import Callable
 
+from mission.flying import left_alone
 from planner.problem import Limits
 from sim_bridge.dialects import Autopilot
 from sim_bridge.link.commands import OWN_SYSTEM
@@ -17,13 +18,6 @@ from sim_bridge.link.commands import OWN_SYSTEM
 Parameter = Callable[[str], float | None]
 """Reads one of the vehicle's parameters; None: it has none of that name, or did not answer."""
 
-_LOSS_ACTIONS = {
-    0: "switches to POSCTL, which without a transmitter descends slowly to the ground wherever it is",
-    1: "switches to ALTCTL, which without a transmitter drifts with the wind",
-    2: "switches to MANUAL, which without a transmitter falls",
-    6: "stops the motors in the air",
-    7: "stops the motors in the air",
-}
 # Bits of Copter's FENCE_TYPE.
 _FENCE_ALTITUDE, _FENCE_CIRCLE, _FENCE_POLYGON = 1, 2, 4
 
@@ -71,20 +65,13 @@ def px4_settings(parameter: Parameter, wanted: Limits, reach: Reach) -> Settings
     """PX4's parameters against the mission."""
     known = _Reading(parameter)
     problems, notes = known.unknown, []
-    loss_action = known.needed("COM_OBL_RC_ACT")
-    if loss_action is not None and (consequence := _LOSS_ACTIONS.get(int(loss_action))):
-        problems.append(
-            f"COM_OBL_RC_ACT is {int(loss_action)}: when setpoints stop, the vehicle {consequence}; "
-            "set it to 5 (hold), 3 (return) or 4 (land)"
-        )
+    problems += known.unsafe(left_alone.SETPOINTS_END, left_alone.PX4_FENCE, left_alone.PX4_GROUND_STATION)
     loss_s = known.needed("COM_OF_LOSS_T")
     if loss_s is not None and not 0.5 <= loss_s <= 5.0:
         problems.append(
             f"COM_OF_LOSS_T is {loss_s:g} s: {'a short gap' if loss_s < 0.5 else 'a lost computer'} "
             f"{'ends the flight' if loss_s < 0.5 else 'is noticed too late'}; set it to 1"
         )
-    if (fence_action := known.needed("GF_ACTION")) is not None and int(fence_action) == 0:
-        problems.append("GF_ACTION is 0: leaving the fence has no consequence; set it to 2 (hold) or 3 (return)")
     for name, needed_m in (("GF_MAX_HOR_DIST", reach.across_m), ("GF_MAX_VER_DIST", reach.up_m)):
         most_m = parameter(name)
         if most_m and most_m < needed_m:
@@ -108,21 +95,20 @@ def copter_settings(parameter: Parameter, wanted: Limits, reach: Reach) -> Setti
     """ArduPilot Copter's parameters against the mission."""
     known = _Reading(parameter)
     problems, notes = known.unknown, []
-    enabled, action = known.needed("FENCE_ENABLE"), known.needed("FENCE_ACTION")
+    enabled = known.needed("FENCE_ENABLE")
     if enabled is not None and int(enabled) == 0:
         problems.append("FENCE_ENABLE is 0: the vehicle does not watch its fence; set it to 1")
-    if action is not None and int(action) == 0:
-        problems.append("FENCE_ACTION is 0: leaving the fence has no consequence; set it to 1 (return or land)")
+    problems += known.unsafe(left_alone.COPTER_FENCE, left_alone.COPTER_GROUND_STATION)
+    problems += [one for action in left_alone.COPTER_BATTERY if (one := action.problem(parameter(action.name)))]
     kinds = parameter("FENCE_TYPE")
     if kinds is not None:
         problems += _copter_fence(int(kinds), parameter, reach)
-    ground_station = known.needed("FS_GCS_ENABLE")
-    left_alone = "if this computer is lost, the vehicle stays where it is until its battery is empty"
-    if ground_station is not None and int(ground_station) == 0:
-        problems.append(f"FS_GCS_ENABLE is 0: {left_alone}; set it to 1 (return)")
     watched = known.needed("SYSID_MYGCS")
     if watched is not None and int(watched) != OWN_SYSTEM:
-        problems.append(f"SYSID_MYGCS is {int(watched)} and this program is {OWN_SYSTEM}: {left_alone}; set it to that")
+        problems.append(
+            f"SYSID_MYGCS is {int(watched)} and this program is {OWN_SYSTEM}: if this computer is lost, the vehicle "
+            "does not notice; set it to that"
+        )
     if (low_battery := parameter("BATT_FS_LOW_ACT")) is not None and int(low_battery) == 0:
         notes.append(_battery_note("BATT_FS_LOW_ACT", "2 (return)"))
     return_cm = parameter("RTL_ALT")
@@ -163,6 +149,10 @@ class _Reading:
             )
             return None
         return value
+
+    def unsafe(self, *actions: left_alone.Action) -> list[str]:
+        """What must not be chosen of what must be known."""
+        return [problem for action in actions if (problem := action.problem(self.needed(action.name)))]
 
 
 def _copter_fence(kinds: int, parameter: Parameter, reach: Reach) -> list[str]:

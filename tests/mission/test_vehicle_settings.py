@@ -40,9 +40,15 @@ def copter(reach=NEAR, **changes):
         ({"COM_OBL_RC_ACT": 0}, ("COM_OBL_RC_ACT is 0", "descends", "set it to 5")),
         ({"COM_OBL_RC_ACT": 2}, ("falls",)),
         ({"COM_OBL_RC_ACT": 6}, ("stops the motors",)),
+        ({"COM_OBL_RC_ACT": 8}, ("not known", "set it to 5")),
         ({"COM_OF_LOSS_T": 30.0}, ("COM_OF_LOSS_T is 30", "too late", "set it to 1")),
         ({"COM_OF_LOSS_T": 0.1}, ("a short gap",)),
-        ({"GF_ACTION": 0}, ("GF_ACTION is 0", "set it to 2")),
+        ({"GF_ACTION": 0}, ("GF_ACTION is 0", "no consequence", "set it to 2")),
+        ({"GF_ACTION": 1}, ("GF_ACTION is 1", "only told", "5 (land)")),
+        ({"GF_ACTION": 4}, ("GF_ACTION is 4", "stops the motors")),
+        ({"NAV_DLL_ACT": 5}, ("NAV_DLL_ACT is 5", "stops the motors", "set it to 2")),
+        ({"NAV_DLL_ACT": 6}, ("NAV_DLL_ACT is 6", "stops the motors")),
+        ({"NAV_DLL_ACT": None}, ("NAV_DLL_ACT was not told",)),
         ({"GF_MAX_HOR_DIST": 50.0}, ("GF_MAX_HOR_DIST is 50 m", "reaches 80 m", "set it to 80, or 0")),
         ({"GF_MAX_VER_DIST": 30.0}, ("GF_MAX_VER_DIST is 30 m", "reaches 40 m")),
         ({"COM_OBL_RC_ACT": None}, ("COM_OBL_RC_ACT was not told",)),
@@ -55,9 +61,15 @@ def test_px4_settings_that_are_not_safe_are_refused_with_the_parameter_to_change
         assert word in problem
 
 
-@pytest.mark.parametrize("action", [3, 4, 5])
-def test_safe_px4_settings_pass_without_a_word(action):
-    found = px4(COM_OBL_RC_ACT=action)
+@pytest.mark.parametrize(
+    "choice",
+    [{"COM_OBL_RC_ACT": one} for one in (3, 4, 5)]
+    + [{"GF_ACTION": one} for one in (2, 3, 5)]
+    + [{"NAV_DLL_ACT": one} for one in (0, 1, 2, 3)]
+    + [{"COM_LOW_BAT_ACT": one} for one in (2, 3)],
+)
+def test_safe_px4_settings_pass_without_a_word(choice):
+    found = px4(**choice)
     assert found.problems == found.notes == ()
 
 
@@ -71,6 +83,11 @@ def test_safe_px4_settings_pass_without_a_word(action):
         ({"FENCE_ALT_MAX": 30.0}, ("FENCE_ALT_MAX is 30 m", "set it to 40, or FENCE_TYPE to 6")),
         ({"FS_GCS_ENABLE": 0}, ("FS_GCS_ENABLE is 0", "stays where it is", "set it to 1")),
         ({"SYSID_MYGCS": 255}, ("SYSID_MYGCS is 255", "this program is 245")),
+        ({"FS_GCS_ENABLE": 2}, ("FS_GCS_ENABLE is 2", "mission on", "set it to 1")),
+        ({"FS_GCS_ENABLE": 8}, ("not known",)),
+        ({"FENCE_ACTION": 6}, ("FENCE_ACTION is 6", "not known")),
+        ({"BATT_FS_LOW_ACT": 5}, ("BATT_FS_LOW_ACT is 5", "stops the motors", "set it to 2")),
+        ({"BATT_FS_CRT_ACT": 5}, ("BATT_FS_CRT_ACT is 5", "stops the motors", "set it to 1")),
         ({"FS_GCS_ENABLE": None}, ("FS_GCS_ENABLE was not told",)),
     ],
 )
@@ -80,8 +97,14 @@ def test_copter_settings_that_are_not_safe_are_refused_with_the_parameter_to_cha
         assert word in problem
 
 
-def test_safe_copter_settings_pass_without_a_word():
-    found = copter(WPNAV_ACCEL=300.0, WPNAV_SPEED_UP=300.0)
+@pytest.mark.parametrize(
+    "choice",
+    [{"FS_GCS_ENABLE": one} for one in (1, 3, 4, 5, 6, 7)]
+    + [{"FENCE_ACTION": one} for one in (1, 2, 3, 4, 5)]
+    + [{"BATT_FS_LOW_ACT": one} for one in (1, 2, 3, 4, 6, 7)],
+)
+def test_safe_copter_settings_pass_without_a_word(choice):
+    found = copter(WPNAV_ACCEL=300.0, WPNAV_SPEED_UP=300.0, **choice)
     assert found.problems == found.notes == ()
 
 
