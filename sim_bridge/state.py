@@ -108,11 +108,12 @@ class VehicleState:
         mode: What it is doing.
         mode_name: The autopilot's own name of that mode.
         landed: Where it believes to be.
-        battery_fraction: Charge left, 0 … 1; None: not told.
+        battery_fraction: Charge left of its emptiest battery, 0 … 1; None: not told.
         waiting_for: What keeps it from being ready to arm, in words; empty: ready.
         failsafe: Whether the vehicle acts on a failsafe of its own.
         home_enu_m: Where it would return to; None: not told yet.
         position_age_s: How old the position is, where positions fail to come.
+        battery_age_s: How old the charge is, or that of the battery that was not told of for longest.
     """
 
     time_s: float
@@ -128,6 +129,7 @@ class VehicleState:
     failsafe: bool
     home_enu_m: Vector | None
     position_age_s: float = 0.0
+    battery_age_s: float = 0.0
 
     @property
     def ready(self) -> bool:

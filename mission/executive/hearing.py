@@ -7,7 +7,7 @@ from mission.executive.course_keeper import CourseKeeper
 from mission.executive.events import Assignment, FlightMethod
 from mission.executive.known_vehicle import KnownVehicle
 from mission.executive.link_watch import LINK_LOST_S, NOTICED_S, LinkWatch
-from mission.executive.monitors import Alarm, Monitors
+from mission.executive.monitors import STALE_CHARGE_S, Alarm, Monitors
 from mission.executive.phase_machine import PhaseMachine
 from mission.executive.phases import AIRBORNE, HOMEWARD, ON_COURSE, STREAMING, Phase, Trigger, order_of
 from mission.executive.standing_order import STREAM_FIRST_S, StandingOrder
@@ -15,6 +15,9 @@ from mission.executive.stay import MODE_GRACE_S
 from sim_bridge.state import FlightMode, VehicleState
 
 _ALARM_INTERVAL_S = 0.1
+_TELLS_WITHIN_S = 10.0
+_DOUBTED = 0.1
+"""A charge that is told by so much higher than the endurance allows is said to be doubted."""
 _BEHIND_SHARE = 0.2
 # Gusts pass, lag stays.
 _STRAYS_S = 1.0
@@ -68,6 +71,7 @@ class Hearing:
         self._patience = patience
         self._alarmed_s = now_s
         self._charge_told = False
+        self._charge_doubted = False
         self._strays_since_s: float | None = None
         self._waiting_for: tuple[str, ...] = ()
 
@@ -94,10 +98,10 @@ class Hearing:
             case Phase.CONNECTING | Phase.WAITING_READY:
                 self._fire(Trigger.CONNECTED, now_s)
                 self.waits(state.waiting_for)
-                if state.aloft:
-                    self._fire(Trigger.READY_ALOFT if self._assignment.resumed else Trigger.FLIES_ALREADY, now_s)
-                elif state.ready:
-                    self._fire(Trigger.READY, now_s)
+                if state.aloft and not self._assignment.resumed:
+                    self._fire(Trigger.FLIES_ALREADY, now_s)
+                elif (state.aloft or state.ready) and self._everything_told(state, now_s):
+                    self._fire(Trigger.READY_ALOFT if state.aloft else Trigger.READY, now_s)
             case Phase.CHECKING | Phase.ARMING | Phase.DISARMING if state.aloft:
                 # Somebody else took off with it.
                 self._fire(Trigger.FLIES_ALREADY, now_s)
@@ -119,6 +123,11 @@ class Hearing:
         if waiting_for and waiting_for != self._waiting_for and self._phase is Phase.WAITING_READY:
             self._machine.say("waiting for " + ", ".join(waiting_for))
             self._waiting_for = waiting_for
+
+    def _everything_told(self, state: VehicleState, now_s: float) -> bool:
+        """Whether the vehicle tells what the checks look at, or has had the time to."""
+        told = None not in (state.battery_fraction, state.home_enu_m)
+        return told or self._machine.stay.lasted_s(now_s) > _TELLS_WITHIN_S * self._patience
 
     def _heard_again(self, state: VehicleState, silent_s: float, now_s: float) -> None:
         """Go on with a vehicle that was not heard: along the course, or by a new way where it is not on it."""
@@ -193,6 +202,7 @@ class Hearing:
             if self._fire(_ALARM_TRIGGER[alarm], now_s):
                 return
         self._keep_close(state, now_s)
+        self._doubt_charge(state)
         if Alarm.BATTERY_LOW in alarms and not self._charge_told:
             self._charge_told = True
             self._machine.say("the charge left is less than the way home needs", warning=True)
@@ -201,6 +211,20 @@ class Hearing:
             trigger = interruption.observe(not near and self._keeper.stands(now_s), now_s)
             if trigger is not None:
                 self._fire(trigger, now_s)
+
+    def _doubt_charge(self, state: VehicleState) -> None:
+        """Say once that another charge is reckoned with than the one that is told."""
+        told, consumption = state.battery_fraction, self._vehicle.consumption
+        if self._charge_doubted or told is None or consumption is None:
+            return
+        left = f"reckoned with what vehicle.endurance_s leaves, now {consumption.left_fraction:.0%}"
+        if state.battery_age_s > STALE_CHARGE_S:
+            self._machine.say(f"the charge has not been told for {state.battery_age_s:.0f} s: {left}", warning=True)
+        elif told - consumption.left_fraction >= _DOUBTED:
+            self._machine.say(f"the charge is told to be {told:.0%}, too much to be believed: {left}", warning=True)
+        else:
+            return
+        self._charge_doubted = True
 
     def _keep_close(self, state: VehicleState, now_s: float) -> None:
         """Ask less of a vehicle that strays, before it comes too close to anything."""

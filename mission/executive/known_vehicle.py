@@ -58,11 +58,11 @@ class KnownVehicle:
             self.home_m = state.home_enu_m
         elif phase is Phase.ARMING and not state.armed:
             self.home_m = state.position_enu_m
-        if phase not in AIRBORNE or state.battery_fraction is None:
+        told = state.battery_fraction
+        if phase not in AIRBORNE or told is None:
             return
-        if self.consumption is None:
-            self.consumption = Consumption.begin(state.battery_fraction, now_s, self._energy)
-        self.consumption = self.consumption.observed(state.battery_fraction, now_s, self._energy)
+        consumption = self.consumption or Consumption.begin(told, now_s, self._energy)
+        self.consumption = consumption.observed(told, now_s, self._energy)
 
     def grounded_s(self, now_s: float) -> float:
         """How long it has been on the ground without a break, flight seconds."""

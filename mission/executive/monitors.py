@@ -29,6 +29,9 @@ _KEPT_SHARE = 0.5
 _BEHIND_S, _AHEAD_S, _AHEAD_STEP_S = 3.0, 5.0, 0.05
 _LEAST_DROP = 0.03
 
+STALE_CHARGE_S = 20.0
+"""Vehicles tell their charge every second or so; one that is older than this is not told any more."""
+
 
 class Alarm(enum.Enum):
     """What telemetry can be wrong about; in the order of their weight."""
@@ -107,26 +110,30 @@ class Consumption:
         since_s: Flight clock at the first reading.
         battery_fraction: Charge then.
         fraction_per_s: The larger of what was measured and what the endurance says.
+        left_fraction: Charge now: the smaller of what is told and what the endurance has left of the first reading.
     """
 
     since_s: float
     battery_fraction: float
     fraction_per_s: float
+    left_fraction: float
 
     @classmethod
     def begin(cls, battery_fraction: float, now_s: float, energy: Energy) -> Consumption:
         """Nothing measured yet: what the mission file's endurance says."""
-        return cls(now_s, battery_fraction, 1.0 / energy.endurance_s)
+        return cls(now_s, battery_fraction, 1.0 / energy.endurance_s, battery_fraction)
 
     def observed(self, battery_fraction: float, now_s: float, energy: Energy) -> Consumption:
-        """With another reading.
+        """With another reading, or with the last one again: what is told may have stopped to fall.
 
         The charge is told in whole percents, so nothing is concluded before some of them are gone.
         """
         elapsed_s, drop = now_s - self.since_s, self.battery_fraction - battery_fraction
-        if elapsed_s < _LEAST_OBSERVATION_S or drop < _LEAST_DROP:
-            return self
-        return dataclasses.replace(self, fraction_per_s=max(1.0 / energy.endurance_s, drop / elapsed_s))
+        left = min(battery_fraction, self.battery_fraction - elapsed_s / energy.endurance_s)
+        fraction_per_s = self.fraction_per_s
+        if elapsed_s >= _LEAST_OBSERVATION_S and drop >= _LEAST_DROP:
+            fraction_per_s = max(1.0 / energy.endurance_s, drop / elapsed_s)
+        return dataclasses.replace(self, fraction_per_s=fraction_per_s, left_fraction=left)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -166,7 +173,7 @@ class Monitors:
         Args:
             state: What the vehicle tells.
             home_m: Where it would land; None: unknown.
-            consumption: How fast the charge falls; None: unknown.
+            consumption: How much is left, and how fast it falls; None: never told, which is as bad as too little.
             point: Where the course is at the state's moment; None: no course is followed.
             rate: Share of its speeds at which it is flown home.
         """
@@ -174,10 +181,13 @@ class Monitors:
         found = []
         if self.fence_distance_m(position) < -self.fence_tolerance_m:
             found.append(Alarm.OUTSIDE)
-        if home_m is not None and consumption is not None and state.battery_fraction is not None:
-            home_s = self.energy.at_pace(rate).way_home_s(state.position_enu_m, home_m, self.cruise_height_m)
-            if state.battery_fraction <= self.energy.needed_fraction(home_s, consumption.fraction_per_s):
-                found.append(Alarm.BATTERY_LOW)
+        energy, home_s = self.energy.at_pace(rate), 0.0
+        if home_m is not None:
+            home_s = energy.way_home_s(state.position_enu_m, home_m, self.cruise_height_m)
+        if consumption is None or consumption.left_fraction <= energy.needed_fraction(
+            home_s, consumption.fraction_per_s
+        ):
+            found.append(Alarm.BATTERY_LOW)
         if self.clearance_m(position) < self.least_clearance_m:
             found.append(Alarm.TOO_CLOSE)
         if point is not None and float(np.linalg.norm(position - point.motion.position_m)) > self.max_track_error_m:

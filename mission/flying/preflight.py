@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mission.executive.monitors import Energy
+from mission.executive.monitors import STALE_CHARGE_S, Energy
 from mission.flying.vehicle_settings import Reach
 from mission.site.fence import Corner
 from planner.polygon import KeepIn
@@ -107,9 +107,15 @@ def place_problems(state: VehicleState, home_m: Vector, problem: Problem, takeof
 def energy_problems(
     state: VehicleState, energy: Energy, way_out_s: float, exploration_s: float, way_home_s: float
 ) -> list[str]:
-    """Whether the charge lasts for the way there, the exploration, the way home and the reserve."""
-    if state.battery_fraction is None:
-        return []
+    """Whether the charge is known, and lasts for the way there, the exploration, the way home and the reserve."""
+    if state.battery_fraction is None or state.battery_age_s > STALE_CHARGE_S:
+        never = state.battery_fraction is None
+        return [
+            "the vehicle "
+            + ("does not tell its charge" if never else f"last told its charge {state.battery_age_s:.0f} s ago")
+            + ": without it nothing calls it home in time; set up its battery monitor (PX4: BAT1_SOURCE, BAT1_N_CELLS, "
+            "BAT1_CAPACITY; Copter: BATT_MONITOR, BATT_CAPACITY)"
+        ]
     needed = (way_out_s + exploration_s + way_home_s) / energy.endurance_s + energy.reserve_fraction
     if needed <= state.battery_fraction:
         return []

@@ -10,6 +10,7 @@ from pymavlink.dialects.v20 import common as mavlink
 
 from sim_bridge.dialects import Autopilot, flight_mode
 from sim_bridge.frames import VehicleFrame, enu_from_ned, yaw_ned_from_enu
+from sim_bridge.link.charge import Charge
 from sim_bridge.link.status_texts import StatusTexts
 from sim_bridge.state import (
     FlightMode,
@@ -72,7 +73,7 @@ class Telemetry:
         self._yaw_enu_rad: float | None = None
         self._home_m: Vector | None = None
         self._landed = LandedState.UNKNOWN
-        self._battery: float | None = None
+        self._charge = Charge()
         self._texts = StatusTexts()
         self._progress = MissionProgress(None, 0)
 
@@ -96,9 +97,9 @@ class Telemetry:
                 self._yaw_enu_rad = yaw_ned_from_enu(message.yaw)
             case mavlink.MAVLink_sys_status_message():
                 self._status = message
-                self._take_battery(message.battery_remaining)
+                self._charge.status(message, self.time_s)
             case mavlink.MAVLink_battery_status_message():
-                self._take_battery(message.battery_remaining)
+                self._charge.battery(message, self.time_s)
             case mavlink.MAVLink_extended_sys_state_message():
                 self._landed = LandedState(message.landed_state) if message.landed_state <= 4 else LandedState.UNKNOWN
             case mavlink.MAVLink_gps_global_origin_message():
@@ -173,6 +174,7 @@ class Telemetry:
             self.reboots += 1
             self.time_s = time_s
             self._position, self.origin = None, None
+            self._charge.restart(time_s)
         self.time_s = max(self.time_s, time_s)
         return [StatusText(mavlink.MAV_SEVERITY_CRITICAL, "the autopilot was restarted")] if restarted else []
 
@@ -220,16 +222,13 @@ class Telemetry:
             mode=mode,
             mode_name=name,
             landed=self._landed,
-            battery_fraction=self._battery,
+            battery_fraction=self._charge.fraction,
             waiting_for=self.waiting_for(),
             failsafe=heartbeat.system_status in _FAILSAFE_STATUS,
             home_enu_m=self._home_m,
             position_age_s=self.time_s - time_s,
+            battery_age_s=self._charge.age_s(self.time_s),
         )
-
-    def _take_battery(self, percent: int) -> None:
-        if 0 <= percent <= 100:
-            self._battery = percent / 100.0
 
 
 def _geodetic(latitude_e7: int, longitude_e7: int, altitude_mm: int) -> GeodeticPoint:

@@ -1,5 +1,7 @@
 """What sends a flight home: charge and fence."""
 
+import dataclasses
+
 import pytest
 
 from mission.executive.events import FlightMethod, Operator
@@ -90,3 +92,45 @@ def test_a_vehicle_that_never_told_its_home_returns_by_itself():
     flight.tell(Operator.RETURN)
     assert flight.phase is Phase.VEHICLE_RETURN
     assert any("has not told where its home is" in text for text in flight.said)
+
+
+def telling(flight, **told):
+    """A vehicle that tells something else of its charge than is true."""
+    true_state = flight.vehicle.state
+    flight.vehicle.state = lambda now_s: dataclasses.replace(true_state(now_s), **told)
+
+
+@pytest.mark.parametrize("told", [{"battery_fraction": 1.0}, {"battery_fraction": 1.0, "battery_age_s": 40.0}])
+def test_a_charge_that_does_not_fall_is_reckoned_and_that_is_said_once(told):
+    flight = Flight().exploring()
+    flight.tell(Operator.PAUSE)
+    telling(flight, **told)
+    flight.run(limit_s=3000.0)
+    assert flight.phase is Phase.LANDED
+    assert Phase.RETURNING in flight.phases
+    assert 0.13 <= flight.vehicle.battery <= 0.18
+    assert sum("reckoned with what vehicle.endurance_s leaves" in text for text in flight.said) == 1
+
+
+def test_a_charge_that_is_told_as_it_is_is_not_doubted():
+    flight = Flight().exploring()
+    flight.tell(Operator.PAUSE)
+    flight.run(limit_s=3000.0)
+    assert not any("reckoned" in text for text in flight.said)
+
+
+def test_a_vehicle_that_never_tells_its_charge_is_flown_home_where_it_flies_already():
+    flight = Flight()
+    telling(flight, battery_fraction=None)
+    flight.run()
+    assert Phase.FOLLOWING not in flight.phases
+    assert flight.phase is Phase.LANDED
+
+
+def test_the_checks_begin_when_the_charge_is_told_or_it_has_had_the_time_to():
+    flight, silent = Flight(), Flight()
+    telling(silent, battery_fraction=None)
+    for one in (flight, silent):
+        one.run_to(Phase.CHECKING)
+    assert flight.now_s < 4.0
+    assert silent.now_s > 10.0

@@ -21,9 +21,9 @@ MONITORS = Monitors(
 
 
 def alarms(place=(100.0, 0.0, 30.0), battery=0.8, course_at=None):
-    state = dataclasses.replace(STATE, position_enu_m=place, battery_fraction=battery)
+    state = dataclasses.replace(STATE, position_enu_m=place)
     point = None if course_at is None else Course.standing(course_at, 0.0, 0.0).at(0.0)
-    consumption = Consumption.begin(1.0, 0.0, ENERGY)
+    consumption = Consumption.begin(battery, 0.0, ENERGY)
     return MONITORS.alarms(state, (0.0, 0.0, 0.0), consumption, point)
 
 
@@ -70,6 +70,16 @@ def test_a_thrifty_vehicle_is_not_believed_to_be_thriftier_than_the_file():
     assert Consumption.begin(1.0, 0.0, ENERGY).observed(0.95, 600.0, ENERGY).fraction_per_s == pytest.approx(1 / 1200.0)
 
 
-def test_without_a_told_battery_there_is_no_battery_alarm():
-    state = dataclasses.replace(STATE, battery_fraction=None)
-    assert MONITORS.alarms(state, (0.0, 0.0, 0.0), None, None) == ()
+def test_a_charge_that_was_never_told_is_a_low_one():
+    assert MONITORS.alarms(STATE, (0.0, 0.0, 0.0), None, None) == (Alarm.BATTERY_LOW,)
+
+
+def test_where_home_is_not_known_the_reserve_is_kept_all_the_same():
+    low, enough = (Consumption.begin(charge, 0.0, ENERGY) for charge in (0.15, 0.16))
+    assert MONITORS.alarms(STATE, None, low, None) == (Alarm.BATTERY_LOW,)
+    assert MONITORS.alarms(STATE, None, enough, None) == ()
+
+
+@pytest.mark.parametrize(("told", "left"), [(0.9, 0.4), (0.4, 0.4), (0.3, 0.3)])
+def test_the_charge_is_the_smaller_of_what_is_told_and_what_the_endurance_leaves(told, left):
+    assert Consumption.begin(0.9, 0.0, ENERGY).observed(told, 600.0, ENERGY).left_fraction == pytest.approx(left)

@@ -83,6 +83,17 @@ def test_a_charge_that_does_not_last_is_refused_with_the_reckoning():
     assert preflight.energy_problems(state, ENERGY, 60.0, 200.0, 90.0) == []
 
 
+@pytest.mark.parametrize(
+    ("told", "words"),
+    [({"battery_fraction": None}, "does not tell"), ({"battery_age_s": 30.0}, "told its charge 30 s ago")],
+)
+def test_a_charge_that_is_not_known_is_refused_with_what_to_set(told, words):
+    (problem,) = preflight.energy_problems(dataclasses.replace(STATE, **told), ENERGY, 6.0, 40.0, 9.0)
+    assert words in problem
+    assert "BAT1_SOURCE" in problem
+    assert "BATT_MONITOR" in problem
+
+
 def test_a_disk_that_is_nearly_full_is_refused(tmp_path, monkeypatch):
     assert preflight.disk_problems(tmp_path) == []
     usage = collections.namedtuple("usage", "total used free")
