@@ -181,6 +181,13 @@ def stays_clear_of_obstacles(mission: Mission) -> Iterator[Finding]:
         # The climb begins on the ground, below every height that is kept above it.
         standing = [(path, field.standing) for path, field in fields]
         yield from _too_near("site.home_enu_m", spelled(home), "the climb above it", column, standing, keep_out_m)
+    for index, place in enumerate(mission.site.rally_enu_m):
+        # A return that leads there comes down from above everything.
+        descent = np.arange(home[2] + keep_out_m, max(place[2], mission.site.box_m[1][2]), CLIMB_STEP_M)
+        column = np.column_stack([np.full((len(descent), 2), place[:2]), descent])
+        standing = [(path, field.standing) for path, field in fields]
+        path = f"site.rally_enu_m.{index}"
+        yield from _too_near(path, spelled(place), "the descent to it", column, standing, keep_out_m)
     try:
         density = density_of(mission.information, mission.site)
     except ValueError as error:

@@ -50,7 +50,7 @@ class Site(Section):
     home_enu_m: Annotated[Position | None, Field(examples=[[0.0, 0.0, 0.0]])] = None
     """Where the vehicle stands before take-off; absent: on the ground (up = 0) below the start."""
     rally_enu_m: Annotated[tuple[Position, ...], Strict(False)] = ()
-    """Places where the autopilot may go to land instead of home."""
+    """Where the vehicle's own return may land: at the nearest of home and these; what is flown home lands at home."""
 
     @property
     def box_m(self) -> tuple[tuple[float, float, float], tuple[float, float, float]]:
