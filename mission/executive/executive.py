@@ -229,14 +229,15 @@ class Executive:
             self._fire(Trigger.TIMED_OUT, now_s)
 
     def _operate(self, wish: Operator, now_s: float) -> None:
-        machine = self._machine
-        if (wish is Operator.PAUSE and machine.pause(now_s)) or (wish is Operator.RESUME and machine.unpause()):
-            return
-        if wish is Operator.RESUME and self.phase is Phase.HOLDING and machine.interruption.by_block:
-            machine.interruption.paused = False
-            machine.say("the course is blocked: it goes on when a new one is proven", warning=True)
-        elif not self._fire(Trigger[wish.name], now_s):
-            machine.say(f"{wish.value}: nothing to do while {self.phase.value}")
+        match wish:
+            case Operator.PAUSE:
+                heeded = self._machine.pause(now_s)
+            case Operator.RESUME:
+                heeded = self._machine.resume(now_s)
+            case _:
+                heeded = self._fire(Trigger[wish.name], now_s)
+        if not heeded:
+            self._machine.say(f"{wish.value}: nothing to do while {self.phase.value}")
 
     def _checked(self, checked: Checked, now_s: float) -> None:
         for problem in checked.problems:

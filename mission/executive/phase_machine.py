@@ -121,16 +121,22 @@ class PhaseMachine:
         self.interruption.paused = True
         return True
 
-    def unpause(self) -> bool:
-        """Drop a pause that has not come into effect yet.
+    def resume(self, now_s: float) -> bool:
+        """Have it go on, or drop a pause that has not come into effect yet.
 
         Returns:
-            Whether there was one.
+            Whether there is anything to go on with.
         """
-        if waited := self.interruption.paused and self.phase in _PAUSED_LATER and self.phase is not Phase.BLIND:
-            self.interruption.paused = False
+        interruption, phase = self.interruption, self.phase
+        if phase is Phase.HOLDING and interruption.by_block:
+            interruption.paused = False
+            self.say("the course is blocked: it goes on when a new one is proven", warning=True)
+        elif interruption.paused and phase in _PAUSED_LATER and phase is not Phase.BLIND:
+            interruption.paused = False
             self.say("resumed by the operator: it does not stand")
-        return waited
+        else:
+            return self.fire(Trigger.RESUME, now_s)
+        return True
 
     def _sparing(self, trigger: Trigger) -> Trigger:
         """What a trigger comes to where somebody else steers the vehicle: nothing that would take it from them."""

@@ -63,9 +63,9 @@ def test_a_failsafe_of_the_vehicle_is_told_apart_from_the_pilot():
 
 def test_a_pilot_who_takes_off_before_the_order_to_is_taken_has_the_vehicle():
     flight = Flight()
+    flight.vehicle.set_mode(FlightMode.PILOT, -5.0)
     flight.vehicle.refuse[Command.TAKE_OFF] = ["denied"] * 1000
     flight.run_to(Phase.TAKING_OFF)
-    flight.vehicle.set_mode(FlightMode.PILOT, flight.now_s)
     flight.vehicle.position = np.array([0.0, 0.0, 4.0])
     flight.run_for(6.0)
     assert flight.phase is Phase.OVERRIDDEN

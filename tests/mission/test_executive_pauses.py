@@ -258,6 +258,18 @@ def test_a_return_or_a_landing_is_paused_and_goes_on(phase):
     assert flight.run().phase is Phase.LANDED
 
 
+def test_a_vehicle_that_is_down_is_not_paused():
+    flight = Flight().exploring()
+    flight.vehicle.refuse[Command.LAND] = ["denied"] * 1000
+    flight.tell(Operator.LAND)
+    flight.vehicle.mode = FlightMode.OTHER
+    flight.vehicle.position[2] = 0.0
+    flight.run_for(0.1)
+    flight.tell(Operator.PAUSE)
+    assert flight.phase is Phase.LANDING
+    assert "pause: nothing to do while landing" in flight.said
+
+
 def test_a_danger_ends_a_pause():
     flight = Flight().exploring()
     flight.tell(Operator.PAUSE)

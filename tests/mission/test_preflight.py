@@ -7,7 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from mission.flying import preflight
+from mission.executive.events import FlightMethod
+from mission.flying import flight, preflight
 from mission.loading import load
 from mission.site.fence import autopilot_fence, planned_fence
 from mission.site.problem import problem_from_mission
@@ -110,3 +111,13 @@ def test_a_mission_reaches_to_its_farthest_corner_and_its_highest_roof(sound):
     assert reach.up_m == 80.0
     assert 68.0 <= reach.clear_up_m <= 74.0
     assert len(autopilot_fence(mission.site)) == 4
+
+
+@pytest.mark.parametrize("aloft", [False, True])
+def test_no_mission_is_uploaded_to_a_vehicle_that_flies(planned, tmp_path, monkeypatch, aloft):
+    uploaded = []
+    monkeypatch.setattr(flight, "upload_safety", lambda *_: uploaded.append("fence"))
+    monkeypatch.setattr(flight, "upload_plan", lambda *_: uploaded.append("mission") or 7)
+    settings = flight.FlightSettings("sim", FlightMethod.MISSION, 1.0, tmp_path)
+    assert flight._prepare(None, planned, settings, aloft) == (None if aloft else 7)  # pyright: ignore[reportArgumentType]
+    assert uploaded == (["fence"] if aloft else ["fence", "mission"])

@@ -47,3 +47,16 @@ def test_the_age_is_that_of_the_battery_that_was_silent_for_longest():
     telemetry.receive(battery(1, 70))
     (state,) = telemetry.receive(position(42_000))
     assert state.battery_age_s == pytest.approx(42.0, abs=1.1)
+
+
+def test_a_charge_that_is_not_told_after_a_restart_grows_old():
+    telemetry = Telemetry(VehicleFrame(ORIGIN))
+    complete(telemetry)
+    telemetry.receive(position(500_000))
+    telemetry.receive(battery(0, 50))
+    telemetry.receive(position(1000))
+    complete(telemetry)
+    telemetry.receive(battery(0, -1))
+    (state,) = telemetry.receive(position(61_000))
+    assert state.battery_fraction == 0.5
+    assert state.battery_age_s == pytest.approx(60.0)
