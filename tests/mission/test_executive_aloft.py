@@ -74,6 +74,7 @@ def test_a_vehicle_that_somebody_takes_off_with_meanwhile_is_theirs(phase):
     assert flight.phase is Phase.ABORTED
     assert flight.vehicle.armed
     assert len(flight.vehicle.orders) == orders
+    assert flight.withdrawn[-1] is Phase.ABORTED
 
 
 def test_checks_that_fail_in_the_air_bring_the_vehicle_home():

@@ -50,6 +50,14 @@ def test_after_an_override_the_operator_takes_over_again_and_the_rest_is_flown()
     assert flight.executive.explored
 
 
+def test_the_last_order_of_a_flight_that_is_left_is_not_withdrawn():
+    flight = Flight().exploring()
+    flight.tell(Operator.LAND)
+    flight.tell(Operator.LEAVE)
+    assert flight.phase is Phase.ABORTED
+    assert flight.withdrawn[-1] is Phase.LANDING
+
+
 def test_a_failsafe_of_the_vehicle_is_told_apart_from_the_pilot():
     flight = Flight().exploring()
     flight.vehicle.failsafe = True

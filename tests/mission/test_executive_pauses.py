@@ -258,6 +258,14 @@ def test_a_return_or_a_landing_is_paused_and_goes_on(phase):
     assert flight.run().phase is Phase.LANDED
 
 
+def test_a_landing_that_is_paused_for_too_long_goes_on():
+    flight = Flight().exploring()
+    flight.tell(Operator.LAND)
+    flight.run_for(3.0).tell(Operator.PAUSE)
+    assert flight.run(limit_s=400.0).phase is Phase.LANDED
+    assert flight.now_s > 300.0
+
+
 def test_a_vehicle_that_is_down_is_not_paused():
     flight = Flight().exploring()
     flight.vehicle.refuse[Command.LAND] = ["denied"] * 1000

@@ -56,7 +56,8 @@ def test_a_charge_that_is_not_told_after_a_restart_grows_old():
     telemetry.receive(battery(0, 50))
     telemetry.receive(position(1000))
     complete(telemetry)
-    telemetry.receive(battery(0, -1))
+    telemetry.receive(position(60_000))
+    telemetry.receive(mavlink.MAVLink_sys_status_message(0, 0, 0, 0, 16000, 0, 77, 0, 0, 0, 0, 0, 0))
     (state,) = telemetry.receive(position(61_000))
     assert state.battery_fraction == 0.5
     assert state.battery_age_s == pytest.approx(60.0)
