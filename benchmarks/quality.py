@@ -21,7 +21,7 @@ from benchmarks.plain_svgd import SAMPLES, plain_svgd, random_set
 from benchmarks.timing import machine, without_baseline
 from planner.information import DensityGrid, gaussians, uniform
 from planner.judging import Judge, at_middles
-from planner.lawnmower import lawnmower_ergodic_metric
+from planner.lawnmower import best_lawnmower
 from planner.obstacles import ObstacleField
 from planner.plan import Candidate, Plan
 from planner.polyline import length_of
@@ -213,7 +213,7 @@ def over_lawnmower(judge: Judge, problem: Problem, candidate: Candidate | None) 
     """E over that of the lawnmower of its own length; infinite where there is no path."""
     if candidate is None:
         return float("inf")
-    lawnmower, _ = lawnmower_ergodic_metric(problem, judge.ergodic_metric, candidate.report.length_m)
+    lawnmower, _ = best_lawnmower(problem, judge.ergodic_metric, candidate.report.length_m)
     return candidate.ergodic_metric / lawnmower
 
 

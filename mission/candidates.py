@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.judging import Judge, at_middles
-from planner.lawnmower import lawnmower_ergodic_metric
+from planner.lawnmower import best_lawnmower
 from planner.plan import Candidate
 
 if TYPE_CHECKING:
@@ -69,7 +69,7 @@ def ranked_candidates(planned: Planned) -> list[RankedCandidate]:
         candidate = plan.candidates[index]
         baseline, length_m = math.nan, candidate.report.length_m
         if math.isfinite(length_m) and length_m > 0.0:
-            baseline, _ = lawnmower_ergodic_metric(problem, judge.ergodic_metric, length_m)
+            baseline, _ = best_lawnmower(problem, judge.ergodic_metric, length_m)
         distance_m = math.nan
         if chosen is not None:
             apart = np.linalg.norm(at_middles(candidate.trajectory).position_m - chosen, axis=1)

@@ -168,6 +168,10 @@ class PlannedMetric(Record):
     ergodic_metric: float
     lawnmower_ergodic_metric: float
     """The best lawnmower of the same length over the same free space."""
+    probability_found: float | None = None
+    """Of a search, that the path finds what it looks for; null: there is nothing to find."""
+    lawnmower_probability_found: float | None = None
+    """What the best lawnmower of the same length finds."""
 
 
 class ExclusionZone(Record):

@@ -100,6 +100,9 @@ def _cards(summary: dict[str, Any]) -> str:
         value = summary.get(key)
         return "–" if value is None else f"{value * scale:.{digits}f}{unit}"
 
+    found = [(number("probability_found", "", 3), "probability of having found it")]
+    if summary.get("probability_found") is None:
+        found = []
     cards = (
         (number("flown_s", " s", 0), "in the air"),
         (number("length_m", " m", 0), "flown"),
@@ -108,6 +111,7 @@ def _cards(summary: dict[str, Any]) -> str:
         (number("tracking_error_mean_m", " m", 2), "from the course, mean"),
         (number("tracking_error_max_m", " m", 2), "from the course, at most"),
         (number("ergodic_metric", "", 5), "ergodic metric flown"),
+        *found,
         (number("battery_used", " %", 0, 100.0), "of the battery used"),
         (f"{summary.get('replans_taken', 0)} / {summary.get('replans_asked', 0)}", "replans taken / asked"),
         (number("setpoint_gap_max_s", " ms", 0, 1000.0), "longest gap of setpoints"),
@@ -133,8 +137,8 @@ def _replans(log: FlightLog) -> str:
                 str(event["number"]),
                 f"{event['switch_s']:.1f}",
                 f"{event['solve_s']:.2f}",
-                _figure(event["ergodic_metric"]),
-                _figure(event["staying_ergodic_metric"]),
+                _figure(event["objective"]),
+                _figure(event["staying_objective"]),
                 "taken" if event["taken"] else "not taken",
                 event["reason"],
             )
@@ -146,8 +150,8 @@ def _replans(log: FlightLog) -> str:
         "replan",
         "takes over [s]",
         "solve [s]",
-        "metric",
-        "metric if nothing changed",
+        "objective",
+        "objective if nothing changed",
         "",
         "why",
     )

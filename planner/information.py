@@ -20,6 +20,8 @@ from jaxtyping import Float
 
 from planner.workspace import Workspace
 
+MOST_FINE_CELLS = 512
+
 
 @dataclasses.dataclass(frozen=True)
 class DensityGrid:
@@ -70,6 +72,12 @@ class DensityGrid:
         if not (self.mass * kept).any():
             raise ValueError("no information is left in the free space: obstacles or the fence cover all of it")
         return dataclasses.replace(self, mass=self.mass * kept)
+
+    def finer_on_the_map(self, largest_m: float) -> DensityGrid:
+        """The same density in cells that are no longer than this east and north, as far as `MOST_FINE_CELLS` go."""
+        parts = np.ceil(self.cell_m[:2] / largest_m - 1e-9).astype(int)
+        parts = np.maximum(1, np.minimum(parts, MOST_FINE_CELLS // np.array(self.mass.shape[:2])))
+        return dataclasses.replace(self, mass=np.repeat(np.repeat(self.mass, parts[0], axis=0), parts[1], axis=1))
 
     def coefficients(self, modes: tuple[int, int, int]) -> Float[np.ndarray, "k0 k1 k2"]:
         """φ_k = ∫ F_k dμ, exact for the piecewise constant density (SVES eq. 2)."""

@@ -10,6 +10,7 @@ from jaxtyping import Float
 from planner import gate
 from planner.kernel_metric import metric_of
 from planner.plan import Candidate
+from planner.polyline import densified
 from planner.problem import Covered, Metric, Options, Problem
 from planner.spectral_metric import mean_basis, mode_weights
 from planner.trajectory import Samples, Trajectory
@@ -20,6 +21,8 @@ REPORT_SAMPLES = 4
 # What a whole flight at the acceleration limit adds to the cost: enough to choose between equal coverages, not enough
 # to give any up.
 SMOOTHNESS_WEIGHT = 1e-6
+# Of the detection radius: how far apart the places are that make up what is seen from a path.
+LOOK_SHARE = 0.25
 
 
 class Judge:
@@ -56,6 +59,20 @@ class Judge:
             mean = share * covered.mean_basis + (1.0 - share) * mean
         return float(np.sum(self._weights * (mean - self._target) ** 2))
 
+    def probability_found(self, position_m: Float[np.ndarray, "time 3"]) -> float | None:
+        """Of a search, that a path finds what it looks for where nothing was found before; None: it is no search."""
+        search = self._problem.search
+        if search is None:
+            return None
+        return search.probability_found(densified(position_m, LOOK_SHARE * search.detection_radius_m))
+
+    def objective(
+        self, position_m: Float[np.ndarray, "time 3"], heading_rad: Float[np.ndarray, "time"] | None = None
+    ) -> float:
+        """What `Candidate.objective` is, of any path that takes the problem's time."""
+        found = self.probability_found(position_m)
+        return self.ergodic_metric(position_m, heading_rad) if found is None else 1.0 - found
+
     def candidate(self, trajectory: Trajectory, seed_pattern: str) -> Candidate:
         """The curve with its metric, its cost and the gate's report."""
         samples = at_middles(trajectory)
@@ -63,12 +80,14 @@ class Judge:
         effort = float(
             np.mean(np.sum(samples.acceleration_mps2**2, axis=1)) / self._problem.limits.max_acceleration_mps2**2
         )
+        found = self.probability_found(samples.position_m)
         return Candidate(
             trajectory=trajectory,
             seed_pattern=seed_pattern,
-            cost=metric + SMOOTHNESS_WEIGHT * effort,
+            cost=(metric if found is None else 1.0 - found) + SMOOTHNESS_WEIGHT * effort,
             ergodic_metric=metric,
             report=gate.inspect(trajectory, self._problem),
+            probability_found=found,
         )
 
 

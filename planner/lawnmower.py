@@ -50,7 +50,7 @@ class Rows:
     mirrored: bool
 
 
-def lawnmower_ergodic_metric(
+def best_lawnmower(
     problem: Problem, metric: Callable[[Float[np.ndarray, "time 3"]], float], length_m: float
 ) -> tuple[float, Float[np.ndarray, "time 3"]]:
     """The lowest metric of the lawnmowers of a given length.

@@ -31,6 +31,7 @@ class Candidate:
         cost: L of the likelihood exp(−λL), by which candidates are ranked.
         ergodic_metric: The metric of the whole flight with this path.
         report: What the gate measured and which limits are broken.
+        probability_found: Of a search, that this path finds what it looks for; None: there is nothing to find.
     """
 
     trajectory: Trajectory
@@ -38,6 +39,12 @@ class Candidate:
     cost: float
     ergodic_metric: float
     report: GateReport
+    probability_found: float | None = None
+
+    @property
+    def objective(self) -> float:
+        """What the path is for, less is better: E, or of a search the probability that it finds nothing."""
+        return self.ergodic_metric if self.probability_found is None else 1.0 - self.probability_found
 
     @property
     def feasible(self) -> bool:
@@ -57,6 +64,8 @@ class Plan:
             space. NaN for a replan, which is compared with staying on the course.
         diversity: How different the candidates are.
         steps: Optimisation steps taken.
+        lawnmower_probability_found: Of a search, what the best lawnmower of that length finds; None for a replan, and
+            where there is nothing to find.
     """
 
     status: Status
@@ -65,6 +74,7 @@ class Plan:
     lawnmower_ergodic_metric: float
     diversity: Diversity
     steps: int
+    lawnmower_probability_found: float | None = None
 
     @property
     def best(self) -> Candidate:

@@ -129,6 +129,11 @@ class Problem:
         """Least distance from the vehicle's centre to an obstacle's surface."""
         return self.vehicle_radius_m + self.clearance_margin_m
 
+    @property
+    def reach_m(self) -> float:
+        """Length that a path can have at the most."""
+        return min(self.max_length_m, self.limits.max_speed_mps * self.duration_s)
+
 
 class Kernel(enum.Enum):
     """How candidates repel each other (`planner.kernels`)."""

@@ -16,10 +16,11 @@ import numpy as np
 from jaxtyping import Float
 
 from planner import sves
+from planner.detection_metric import DetectionMetric
 from planner.diversity import diversity
 from planner.free_space import FreeSpace
 from planner.judging import Judge, at_middles, better
-from planner.lawnmower import lawnmower_ergodic_metric
+from planner.lawnmower import best_lawnmower
 from planner.plan import Candidate, Plan, Status
 from planner.polish import STEIN_CHUNKS, STEIN_STEPS_PER_CHUNK, Particles, Round, explored, polished
 from planner.problem import Method, Options, Problem
@@ -37,9 +38,14 @@ POLISH = tuple(Round(float(penalty), 90 if penalty < 0.1 else 30) for penalty in
 HURRIED_POLISH = tuple(Round(penalty, 120) for penalty in (0.01, 0.3, 10.0))
 # A replan starts from an answer: its multipliers need no slow start.
 WARM_POLISH = (Round(1.0, 60), Round(10.0, 60))
+# Of a search: the shape by the ergodic metric of its effort, which is where the polish is loose; then what finds most.
+SHAPE_POLISH = POLISH[:6]
+SEARCH_POLISH = tuple(Round(float(penalty), 60) for penalty in np.geomspace(1e-2, 10.0, 6))
+WARM_SEARCH_POLISH = (Round(0.1, 60), Round(1.0, 60), Round(10.0, 60))
 REPAIR = (Round(1.0, 60), Round(10.0, 60), Round(100.0, 60))
 # Shares of the time left, where it is short: what Stein steps may take of it, and then the polish, before repairs.
 STEIN_SHARE = 0.25
+SHAPE_SHARE = 0.3
 POLISH_SHARE = 0.8
 MOST_REPAIRS = 3
 REPAIR_PORTIONS = 4
@@ -104,6 +110,23 @@ def solve(
             work.offer(particles)
     progress(Progress("gate", 0.95))
     return work.plan()
+
+
+@dataclasses.dataclass(frozen=True)
+class Stage:
+    """A part of the polish.
+
+    Attributes:
+        scene: What the candidates are measured against.
+        rounds: How firmly and how long, in order.
+        hurried: What is done instead where time is short; nothing: the same, shorter.
+        share: Of the time left, what it may take.
+    """
+
+    scene: Scene
+    rounds: tuple[Round, ...]
+    hurried: tuple[Round, ...]
+    share: float
 
 
 class _Work:
@@ -196,18 +219,34 @@ class _Work:
             chunks = self.budget.chunks(STEIN_CHUNKS, STEIN_STEPS_PER_CHUNK, STEIN_SHARE)
             particles, taken = explored(self.scene, particles, self.options.kernel, self.options.seed, chunks)
             self.steps += taken
-        if self.warm:
-            rounds, shorter = WARM_POLISH, ()
-        else:
-            rounds, shorter = POLISH, HURRIED_POLISH
-        due = self.budget.rounds(rounds, POLISH_SHARE, shorter)
-        self._last = np.array(self._descended(particles, due, len(rounds), "polish", 0.1, 0.8))
-        self.offer(self._last)
+        stages = self._stages()
+        for number, stage in enumerate(stages):
+            due = self.budget.rounds(stage.rounds, stage.share, stage.hurried)
+            span = 0.1 + 0.7 * number / len(stages), 0.1 + 0.7 * (number + 1) / len(stages)
+            particles = self._descended(stage.scene, particles, due, len(stage.rounds), "polish", *span)
+            self.offer(particles)
+        self._last, self._last_scene = np.array(particles), stages[-1].scene
         for repair in range(MOST_REPAIRS):
             if not any(self.refused) or self.budget.is_over():
                 break
             at = 0.8 + 0.15 * repair / MOST_REPAIRS
             self._repair(at, at + 0.15 / MOST_REPAIRS)
+
+    def _stages(self) -> list[Stage]:
+        """What the polish goes by: the metric, and of a search then what it finds."""
+        if self.problem.search is None or self.options.explores_headings:
+            # What is seen of the ground says nothing about headings.
+            rounds, hurried = (WARM_POLISH, ()) if self.warm else (POLISH, HURRIED_POLISH)
+            return [Stage(self.scene, rounds, hurried, POLISH_SHARE)]
+        samples = self.segments * self.scene.samples_per_segment
+        finding = DetectionMetric.of(self.problem.search, self.problem.reach_m, samples)
+        searching = dataclasses.replace(self.scene, metric=finding)
+        if self.warm:
+            return [Stage(searching, WARM_SEARCH_POLISH, (), POLISH_SHARE)]
+        return [
+            Stage(self.scene, SHAPE_POLISH, HURRIED_POLISH, SHAPE_SHARE),
+            Stage(searching, SEARCH_POLISH, WARM_SEARCH_POLISH, POLISH_SHARE),
+        ]
 
     def _repair(self, done_from: float, done_to: float) -> None:
         """Lead those that the gate refuses around what they run through, and polish them, a few at a time."""
@@ -222,6 +261,7 @@ class _Work:
             share = (done_to - done_from) / len(refused)
             # One width is one compiled shape, so what is missing is filled up.
             found = self._descended(
+                self._last_scene,
                 detours[np.resize(portion, width)],
                 self.budget.rounds(REPAIR, 1.0),
                 len(REPAIR),
@@ -240,21 +280,26 @@ class _Work:
         else:
             status = Status.STEP_LIMIT if self.budget.fell_short else Status.CONVERGED
             length_m = self.best[selected].report.length_m
-        baseline = float("nan")
+        baseline, found_by_baseline = float("nan"), None
         if not self.warm:
-            baseline, _ = lawnmower_ergodic_metric(self.problem, self.judge.ergodic_metric, length_m)
+            baseline, _ = best_lawnmower(self.problem, self.judge.ergodic_metric, length_m)
+            if self.problem.search is not None:
+                missed, _ = best_lawnmower(self.problem, self.judge.objective, length_m)
+                found_by_baseline = 1.0 - missed
         paths = np.stack([at_middles(candidate.trajectory).position_m for candidate in self.best])
         return Plan(
             status=status,
             candidates=tuple(self.best),
             selected=selected,
             lawnmower_ergodic_metric=baseline,
+            lawnmower_probability_found=found_by_baseline,
             diversity=diversity(self.problem.workspace.unit_from_enu(paths)),
             steps=self.steps,
         )
 
     def _descended(
         self,
+        scene: Scene,
         particles: Particles,
         rounds: Iterable[Round],
         most_rounds: int,
@@ -267,9 +312,11 @@ class _Work:
         def after_round(lowest: float) -> None:
             nonlocal done
             done += 1
-            self.progress(Progress(phase, done_from + (done_to - done_from) * done / most_rounds, lowest))
+            # What a search leaves undone is not on the metric's scale.
+            shown = lowest if scene is self.scene else None
+            self.progress(Progress(phase, done_from + (done_to - done_from) * done / most_rounds, shown))
 
-        found, steps = polished(self.scene, particles, rounds, after_round)
+        found, steps = polished(scene, particles, rounds, after_round)
         self.steps += steps
         return found
 

@@ -111,8 +111,8 @@ def after(
     if not len(flown_m):
         return problem
     if problem.search is not None:
-        effort = problem.search.effort(flown_m, problem.limits.max_speed_mps * problem.duration_s)
+        left = problem.search.after(flown_m)
         # What was searched is in the effort already: remembering it as covered too would count it twice.
-        return dataclasses.replace(problem, information=effort, covered=None)
+        return dataclasses.replace(problem, information=left.effort(problem.reach_m), search=left, covered=None)
     covered = covered_by(flown_m, len(flown_m) * INTERVAL_S, problem, modes, yaw_rad)
     return dataclasses.replace(problem, covered=together(problem.covered, covered))

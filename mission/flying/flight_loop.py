@@ -284,8 +284,8 @@ class FlightLoop:
                 taken=verdict.trajectory is not None,
                 reason=verdict.reason,
                 alternative=verdict.alternative,
-                ergodic_metric=_finite(verdict.ergodic_metric),
-                staying_ergodic_metric=_finite(verdict.staying_ergodic_metric),
+                objective=_finite(verdict.objective),
+                staying_objective=_finite(verdict.staying_objective),
             )
             if verdict.trajectory is not None:
                 self._take(verdict.trajectory, now_s)

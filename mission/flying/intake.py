@@ -28,6 +28,7 @@ from mission.mission_file.information import Information
 from mission.mission_file.obstacle import NoFly, Obstacle
 from mission.mission_file.values import Context, Section
 from mission.site.information import density_of
+from mission.site.problem import for_search
 from mission.site.reachable import reachable, spare_in
 from mission.site.solids import obstacle_field_of
 from planner.information import DensityGrid
@@ -123,8 +124,8 @@ def with_push(mission: Mission, problem: Problem, push: Push) -> tuple[Mission, 
     information = reachable(information, spare_in(mission.site, obstacles, mission.keep_out_m))
     if search is not None:
         # A search looks where it has not looked yet: replans work that out from what was flown.
-        search = dataclasses.replace(search, prior=information)
-        information = search.effort(np.empty((0, 3)), problem.limits.max_speed_mps * problem.duration_s)
+        search = dataclasses.replace(search, prior=for_search(information, search.detection_radius_m))
+        information = search.effort(problem.reach_m)
     return mission, dataclasses.replace(problem, obstacles=obstacles, information=information, search=search)
 
 

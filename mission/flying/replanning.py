@@ -72,14 +72,14 @@ class Reply:
     Attributes:
         request: What was asked.
         plan: The set; None: the solver could not be used.
-        staying_ergodic_metric: The metric of the whole flight when nothing changes; infinite where it cannot.
+        staying_objective: `Candidate.objective` of the whole flight when nothing changes; infinite where it cannot.
         solve_s: Host time it took.
         failure: Why there is no plan.
     """
 
     request: Request
     plan: Plan | None
-    staying_ergodic_metric: float
+    staying_objective: float
     solve_s: float
     failure: str = ""
 
@@ -110,7 +110,7 @@ def answer(request: Request) -> Reply:
         count = 4 * curve.segments
         middles = request.switch_s + (np.arange(count) + 0.5) / count * (curve.end_s - request.switch_s)
         judge = Judge(problem, request.options)
-        staying = judge.ergodic_metric(curve.sample(middles).position_m, curve.headings_at(middles))
+        staying = judge.objective(curve.sample(middles).position_m, curve.headings_at(middles))
     return Reply(request, plan, staying, time.monotonic() - began_s)
 
 
@@ -132,7 +132,7 @@ def _serve(connection: Connection, solve: Solve) -> None:
         reply = solve(request)
         try:
             # The flight knows what it asked, and would wait for megabytes of it.
-            connection.send((reply.plan, reply.staying_ergodic_metric, reply.solve_s, reply.failure))
+            connection.send((reply.plan, reply.staying_objective, reply.solve_s, reply.failure))
         except BrokenPipeError:
             return
 
@@ -230,15 +230,15 @@ class Verdict:
     Attributes:
         trajectory: The curve that is taken, on the course's time axis; None: the course stays.
         reason: Why, in words.
-        ergodic_metric: Of the best candidate offered; infinite where there is none.
-        staying_ergodic_metric: Of the course as it is.
+        objective: `Candidate.objective` of the best candidate offered; infinite where there is none.
+        staying_objective: Of the course as it is.
         alternative: Which of the ranked candidates it is, from 0.
     """
 
     trajectory: Trajectory | None
     reason: str
-    ergodic_metric: float = float("inf")
-    staying_ergodic_metric: float = float("inf")
+    objective: float = float("inf")
+    staying_objective: float = float("inf")
     alternative: int = 0
 
 
@@ -260,14 +260,14 @@ def judge(reply: Reply, course: Course, now_s: float, known: Problem, *, must_le
     ranked = reply.plan.ranked()
     if not ranked:
         return Verdict(None, f"nothing feasible: {reply.plan.status.value}")
-    request, staying = reply.request, reply.staying_ergodic_metric
-    metric = ranked[0].ergodic_metric
-    if not must_leave and metric > staying:
-        return Verdict(None, "staying on the course is better", metric, staying)
+    request, staying = reply.request, reply.staying_objective
+    offered = ranked[0].objective
+    if not must_leave and offered > staying:
+        return Verdict(None, "staying on the course is better", offered, staying)
     problem = dataclasses.replace(request.problem, obstacles=known.obstacles, limits=known.limits)
     refusal = ""
     for place, candidate in enumerate(ranked):
-        if not must_leave and candidate.ergodic_metric > staying:
+        if not must_leave and candidate.objective > staying:
             break
         try:
             proven = gate.prove(candidate.trajectory, problem).trajectory
@@ -276,11 +276,11 @@ def judge(reply: Reply, course: Course, now_s: float, known: Problem, *, must_le
             continue
         trajectory = dataclasses.replace(proven, start_s=request.switch_s)
         if course.at(now_s).curve_s >= request.switch_s and not course.stands(now_s):
-            return Verdict(None, "it came too late", candidate.ergodic_metric, staying)
+            return Verdict(None, "it came too late", candidate.objective, staying)
         if gap := discontinuity(course, trajectory):
-            return Verdict(None, gap, candidate.ergodic_metric, staying)
-        return Verdict(trajectory, "better", candidate.ergodic_metric, staying, place)
-    return Verdict(None, f"refused by the gate: {refusal}", metric, staying)
+            return Verdict(None, gap, candidate.objective, staying)
+        return Verdict(trajectory, "better", candidate.objective, staying, place)
+    return Verdict(None, f"refused by the gate: {refusal}", offered, staying)
 
 
 def discontinuity(course: Course, trajectory: Trajectory) -> str:

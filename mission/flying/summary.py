@@ -54,6 +54,7 @@ def summarize(log: FlightLog, problem: Problem, options: Options, fastest_mps: f
         "tracking_error_mean_m": float(error.mean()) if len(error) else None,
         "tracking_error_max_m": float(error.max()) if len(error) else None,
         "ergodic_metric": _flown_metric(log, problem, options),
+        "probability_found": _probability_found(log, problem),
         "battery_used": float(battery.max() - battery.min()) if len(battery) else None,
         "replans_asked": len(replans),
         "replans_taken": sum(replan["taken"] for replan in replans),
@@ -119,6 +120,11 @@ def _on_course(log: FlightLog) -> np.ndarray:
 def _explored_s(log: FlightLog) -> float:
     progress = log.of_kind("progress")
     return float(progress[-1]["explored_s"]) if progress else 0.0
+
+
+def _probability_found(log: FlightLog, problem: Problem) -> float | None:
+    """Of a search, that what was explored has found it; None: it is none."""
+    return None if problem.search is None else problem.search.probability_found(log.position_m[log.exploring()])
 
 
 def _flown_metric(log: FlightLog, problem: Problem, options: Options) -> float | None:

@@ -109,8 +109,9 @@ def _heading(figure: Figure, planned: Planned) -> None:
     else:
         ratio = candidate.ergodic_metric / plan.lawnmower_ergodic_metric
         length = f"{report.length_m / 1000.0:.2f} km" if report.length_m >= 2000.0 else f"{report.length_m:.1f} m"
+        finds = "" if candidate.probability_found is None else f"finds with {candidate.probability_found:.2f}   ·   "
         verdict = (
-            f"candidate {plan.selected} of {len(plan.candidates)}, grown from {candidate.seed_pattern}   ·   "
+            f"candidate {plan.selected} of {len(plan.candidates)}, grown from {candidate.seed_pattern}   ·   {finds}"
             f"ergodic metric {candidate.ergodic_metric:.3g}, {ratio:.2f} × that of a lawnmower of its length   ·   "
             f"{length} in {_duration(report.duration_s)}"
         )

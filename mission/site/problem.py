@@ -12,10 +12,12 @@ from mission.mission_file.vehicle import Vehicle
 from mission.site.information import density_of, workspace_of
 from mission.site.reachable import reachable, spare_in
 from mission.site.solids import obstacle_field_of
-from planner.effort import Search, detection_rate
+from planner.effort import Search
 from planner.information import DensityGrid
 from planner.problem import HeadingRule, Kernel, Limits, Method, Metric, MetricWeights, Options, Problem
 from planner.trajectory import Motion
+
+CELLS_A_RADIUS = 3
 
 
 def limits_of(vehicle: Vehicle) -> Limits:
@@ -47,15 +49,16 @@ def problem_from_mission(mission: Mission) -> Problem:
     obstacles = obstacle_field_of(mission)
     spare_m = spare_in(mission.site, obstacles, mission.keep_out_m)
     density = reachable(density_of(mission.information, mission.site), spare_m)
-    search = search_of(mission, density)
+    search, limits = search_of(mission, density), limits_of(mission.vehicle)
+    max_length_m = mission.planner.max_length_m or math.inf
     if search is not None:
-        density = search.effort(np.empty((0, 3)), mission.vehicle.max_speed_mps * mission.planner.duration_s)
+        density = search.effort(min(max_length_m, limits.max_speed_mps * mission.planner.duration_s))
     end = mission.planner.ends_at_m
     return Problem(
         workspace=workspace_of(mission.site),
         information=density,
         obstacles=obstacles,
-        limits=limits_of(mission.vehicle),
+        limits=limits,
         start=Motion.at_rest(np.array(mission.planner.start_enu_m)),
         end_position_m=np.array(end) if end is not None else None,
         duration_s=mission.planner.duration_s,
@@ -63,7 +66,7 @@ def problem_from_mission(mission: Mission) -> Problem:
         clearance_margin_m=mission.flight.clearance_margin_m,
         fence_polygon_m=fence_of(mission.site),
         search=search,
-        max_length_m=mission.planner.max_length_m or math.inf,
+        max_length_m=max_length_m,
     )
 
 
@@ -72,7 +75,12 @@ def search_of(mission: Mission, prior: DensityGrid) -> Search | None:
     radius_m = mission.sensor.detection_radius_m
     if mission.belief.kind != "detection" or radius_m is None:
         return None
-    return Search(prior, radius_m, detection_rate(mission.sensor.detection_probability))
+    return Search(for_search(prior, radius_m), radius_m, mission.sensor.detection_probability)
+
+
+def for_search(prior: DensityGrid, detection_radius_m: float) -> DensityGrid:
+    """The prior in cells so fine that what a pass leaves beside it is not taken for seen."""
+    return prior.finer_on_the_map(detection_radius_m / CELLS_A_RADIUS)
 
 
 def options_from_mission(mission: Mission) -> Options:

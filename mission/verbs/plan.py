@@ -87,6 +87,11 @@ def _report(planned: Planned, files: list[Path]) -> None:
             f"{best.seed_pattern}: ergodic metric {best.ergodic_metric:.4g}, a lawnmower of its length "
             f"{found.lawnmower_ergodic_metric:.4g}"
         )
+        if best.probability_found is not None and found.lawnmower_probability_found is not None:
+            say(
+                f"it finds what it looks for with probability {best.probability_found:.3f}, the best lawnmower of its "
+                f"length with {found.lawnmower_probability_found:.3f}"
+            )
         say(
             f"length {best.report.length_m:.1f} m, duration {best.report.duration_s:.1f} s, speed up to "
             f"{best.report.max_speed_mps:.2f} m/s, {near if not planned.problem.obstacles.is_empty else 'no obstacles'}"
@@ -102,7 +107,9 @@ def _print_candidates(rows: list[RankedCandidate], selected: int | None) -> None
     from rich.table import Table
 
     table = Table(box=None, pad_edge=False, header_style="bold")
-    for heading in ("", "candidate", "grown from", "E", "E / lawnmower's", "length [m]", "clearance [m]"):
+    searching = any(row.candidate.probability_found is not None for row in rows)
+    finds = ("finds",) if searching else ()
+    for heading in ("", "candidate", "grown from", "E", "E / lawnmower's", *finds, "length [m]", "clearance [m]"):
         table.add_column(heading, justify="left" if heading == "grown from" else "right")
     table.add_column("to selected [m]", justify="right")
     table.add_column("gate")
@@ -114,6 +121,7 @@ def _print_candidates(rows: list[RankedCandidate], selected: int | None) -> None
             row.candidate.seed_pattern,
             f"{row.candidate.ergodic_metric:.4g}",
             _shown(row.over_lawnmower, ".2f"),
+            *((_shown(row.candidate.probability_found or 0.0, ".3f"),) if searching else ()),
             f"{report.length_m:.1f}",
             _shown(report.min_clearance_m, ".2f"),
             _shown(row.distance_to_selected_m, ".4g"),

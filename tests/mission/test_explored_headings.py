@@ -251,7 +251,7 @@ def test_a_replan_goes_on_turning_where_the_course_is_left(planned, asked):
     request, executive = asked
     reply = answer(dataclasses.replace(request, time_limit_s=60.0))
     assert reply.plan is not None
-    assert reply.plan.best.ergodic_metric < reply.staying_ergodic_metric
+    assert reply.plan.best.ergodic_metric < reply.staying_objective
     verdict = judge(reply, executive.course, 9.5, planned.problem, must_leave=False)
     assert verdict.trajectory is not None, verdict.reason
     gone_over = executive.course.continued(verdict.trajectory, 9.5)

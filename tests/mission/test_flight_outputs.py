@@ -58,11 +58,11 @@ def record(folder, planned, aside_m=0.0, faster=1.0, name="Two ways"):
         taken=True,
         reason="better",
         alternative=0,
-        ergodic_metric=0.01,
-        staying_ergodic_metric=0.02,
+        objective=0.01,
+        staying_objective=0.02,
     )
     recorder.write("replan", 35.0, number=2, switch_s=45.0, solve_s=0.5, taken=False, reason="it came too late",
-                   alternative=0, ergodic_metric=None, staying_ergodic_metric=None)  # fmt: skip
+                   alternative=0, objective=None, staying_objective=None)  # fmt: skip
     recorder.write("phase", 61.0, phase="landed", why="on the ground, disarmed")
     recorder.close()
     mission = planned.mission.model_dump(mode="json", exclude_none=True)
