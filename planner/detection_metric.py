@@ -14,10 +14,10 @@ then moves it so that it finds the most: rows apart by a swath, nothing swept tw
 
 What makes it cheap, and smooth enough to descend:
 
-1. The disc that is seen is taken for a square of the same area with sloping edges, averaged over each cell. It is then a
-   product, and e is one matrix product, C_0 · diag(s) · C_1ᵀ.
-2. β is κ, but no more than that of a sensor that notices eight of ten: what is sharper has no slope left to descend where
-   something was swept once.
+1. The disc that is seen is taken for a square of the same area with sloping edges, averaged over each cell. It is then
+   a product, and e is one matrix product, C_0 · diag(s) · C_1ᵀ.
+2. β is κ, but no more than that of a sensor that notices eight of ten: what is sharper has no slope left to descend
+   where something was swept once.
 3. B bounds E_d from below by zero: no effort of the same area finds more by the same law, wherever it is put.
 4. Samples much closer than a radius are left out, and cells much finer than one taken together.
 """

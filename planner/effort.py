@@ -1,11 +1,11 @@
 """From probability to effort: where a searcher should spend time to find the most.
 
 Time in proportion to probability is not the best search: a place that was swept gains little by staying. What e sweeps
-of a place find is b(e) = 1 − (1 − d)^e = 1 − exp(−κe), d being what one sweep finds (Koopman). A place is swept once or
-not at all before any is swept twice, so to a part of it that is smaller than a swath belongs b(e) = d·e up to one
-sweep. With this b, which is concave, the most is found by water-filling: as much effort everywhere as brings the gain of
-the next sweep, p(x)·b′(e), down to one level ν, with ν set by the area that can be swept (Stone, Theory of Optimal
-Search, ch. 2):
+of a place find is 1 − (1 − d)^e = 1 − exp(−κe), d being what one sweep finds (Koopman). An orderly search sweeps each
+part of a place once before it sweeps any part twice, so with less than one sweep it finds b(e) = d·e, and only then by
+that law. This b is concave, so the most is found by water-filling: as much effort everywhere as brings the gain of the
+next sweep, p(x)·b′(e), down to one level ν, with ν set by the area that can be swept (Stone, Theory of Optimal Search,
+ch. 2):
 
 e(x) = 0 where p·d ≤ ν, else 1 + max(0, log(p·(1 − d)·κ/ν))/κ.
 

@@ -81,7 +81,8 @@ def test_cells_that_do_not_divide_evenly_lose_nothing() -> None:
     odd = DensityGrid(BOX, np.random.default_rng(0).random((517, 331, 1)))
     metric = DetectionMetric.of(dataclasses.replace(SEARCH, prior=odd), 4000.0, 500)
     assert float(metric.probability.sum()) == pytest.approx(1.0, abs=1e-5)
-    assert metric.edges_m[0][-1] == pytest.approx(600.0) and metric.edges_m[1][-1] == pytest.approx(400.0)
+    assert metric.edges_m[0][-1] == pytest.approx(600.0)
+    assert metric.edges_m[1][-1] == pytest.approx(400.0)
     assert max(metric.probability.shape) <= 128
 
 
@@ -111,17 +112,20 @@ def test_a_search_finds_more_than_its_effort_alone_and_far_more_than_rows(option
     by_effort = solve(dataclasses.replace(searching, search=None), options)
     judge = Judge(searching, options)
     alone = judge.probability_found(by_effort.best.trajectory.sampled_every(0.2).position_m)
-    assert plan.best.probability_found is not None and plan.lawnmower_probability_found is not None
+    assert plan.best.probability_found is not None
+    assert plan.lawnmower_probability_found is not None
+    assert alone is not None
     assert plan.best.probability_found > alone + 0.01
     assert plan.best.probability_found > 1.3 * plan.lawnmower_probability_found
     # The one that finds most is flown, whatever its E.
-    assert plan.best.probability_found == max(one.probability_found for one in plan.candidates if one.feasible)
+    assert plan.best.probability_found == max(one.probability_found or 0.0 for one in plan.candidates if one.feasible)
     assert plan.best.objective == pytest.approx(1.0 - plan.best.probability_found)
 
 
 def test_without_a_search_nothing_is_found_and_the_metric_is_what_counts(options: Options) -> None:
     plan = solve(problem(None), options)
-    assert plan.best.probability_found is None and plan.lawnmower_probability_found is None
+    assert plan.best.probability_found is None
+    assert plan.lawnmower_probability_found is None
     assert plan.best.objective == plan.best.ergodic_metric
 
 

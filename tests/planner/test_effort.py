@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from planner.effort import detection_rate, optimal_effort, probability_found, sweeps_of, unseen
+from planner.effort import detection_rate, optimal_effort, sweeps_of, unseen
 from planner.information import gaussians, uniform
 from planner.workspace import Workspace
 
@@ -79,8 +79,9 @@ def test_a_straight_pass_is_one_sweep_on_the_average_over_its_swath() -> None:
 def test_a_gap_in_what_was_flown_has_seen_nothing() -> None:
     grid = uniform(BOX, (100, 80, 1))
     row = np.stack([np.arange(0.0, 300.0, 2.0), np.full(150, 200.0), np.full(150, 30.0)], axis=1)
-    with_gap = sweeps_of(grid, np.concatenate([row, row + [500.0, 300.0, 0.0]]), 50.0)
-    apart = sweeps_of(grid, row, 50.0) + sweeps_of(grid, row + [500.0, 300.0, 0.0], 50.0)
+    shift = np.array([500.0, 300.0, 0.0])
+    with_gap = sweeps_of(grid, np.concatenate([row, row + shift]), 50.0)
+    apart = sweeps_of(grid, row, 50.0) + sweeps_of(grid, row + shift, 50.0)
     np.testing.assert_allclose(with_gap, apart)
 
 
