@@ -237,13 +237,24 @@ def _too_near(
 
 
 def detection_has_a_sensor(mission: Mission) -> Iterator[Finding]:
-    """What was seen can only be counted by a sensor that is described."""
-    if mission.belief.kind == "detection" and mission.sensor.detection_radius_m is None:
+    """What was seen can only be counted by a sensor that is described, and that looks before it is past."""
+    sensor, speed_mps = mission.sensor, mission.vehicle.max_speed_mps
+    if mission.belief.kind != "detection":
+        return
+    if sensor.detection_radius_m is None:
         yield Finding(
             "sensor.detection_radius_m",
             "",
             'is missing and belief.kind = "detection" needs it: write detection_radius_m = 33.0, the radius of what '
             "the camera sees of the ground",
+        )
+    elif speed_mps > sensor.rate_hz * sensor.detection_radius_m:
+        yield Finding(
+            "sensor.rate_hz",
+            f"{sensor.rate_hz:g}",
+            f"at vehicle.max_speed_mps it looks every {speed_mps / sensor.rate_hz:.4g} m and sees no farther than "
+            f"{sensor.detection_radius_m:g} m, so ground is passed over: write at least "
+            f"{math.ceil(100.0 * speed_mps / sensor.detection_radius_m) / 100.0:g}, or fly more slowly",
         )
 
 
@@ -267,6 +278,6 @@ CHECKS: tuple[tuple[tuple[str, ...], Check], ...] = (
         ("site", "planner", "vehicle", "flight", "information", "obstacle", "no_fly"),
         stays_clear_of_obstacles,
     ),
-    (("belief", "sensor"), detection_has_a_sensor),
+    (("belief", "sensor", "vehicle"), detection_has_a_sensor),
     (("planner", "vehicle"), headings_can_be_explored),
 )

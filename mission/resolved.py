@@ -51,6 +51,7 @@ def resolved_entries(mission: Mission, document: Document) -> Iterator[Entry]:
     derived = {
         "site.home_enu_m": list(mission.home_enu_m),
         "flight.takeoff_altitude_m": mission.takeoff_altitude_m,
+        "planner.modes": list(mission.modes),
     }
     for path, value in _leaves("", mission):
         source = _source_of(path, document)

@@ -20,7 +20,7 @@ class Sensor(Section):
     detection_probability: Annotated[float, Field(ge=0.001, le=1.0)] = 0.9
     """Chance that what is in the disc is noticed in one pass."""
     rate_hz: Annotated[float, Field(ge=0.001, le=1000.0)] = 1.0
-    """How often it looks."""
+    """How often it looks: often enough that no ground between two looks is passed over."""
 
     @property
     def swath_m(self) -> float | None:
@@ -33,7 +33,8 @@ class Belief(Section):
 
     kind: Literal["memory", "detection"] = "memory"
     """`memory`: the information stays and covered ground is remembered. `detection`: ground that was seen without a
-    find becomes less probable, and time is shared out as Koopman's optimal search effort."""
+    find becomes less probable, time is shared out as an orderly search's effort (Koopman, Stone), and paths are planned
+    for what they find."""
 
 
 class Flight(Section):

@@ -7,7 +7,7 @@ from typing import Annotated
 from pydantic import Field, Strict
 
 from mission.mission_file.flight import Belief, Flight, Link, Replanning, Sensor
-from mission.mission_file.information import Information
+from mission.mission_file.information import Information, Raster
 from mission.mission_file.obstacle import NoFly, Obstacle
 from mission.mission_file.planner import Planner
 from mission.mission_file.site import Site
@@ -15,6 +15,10 @@ from mission.mission_file.values import Section
 from mission.mission_file.vehicle import Vehicle
 from sim_bridge.frames import geodetic_from_enu
 from sim_bridge.state import GeodeticPoint
+
+# For a search: modes for each swath along an axis, and no more than pay.
+MODES_A_SWATH = 1.4
+MOST_MODES = 48
 
 
 class Mission(Section):
@@ -57,6 +61,20 @@ class Mission(Section):
     def keep_out_m(self) -> float:
         """Least distance from the vehicle's middle to an obstacle's surface."""
         return self.vehicle.radius_m + self.flight.clearance_margin_m
+
+    @property
+    def modes(self) -> tuple[int, int, int]:
+        """Basis functions along east, north and up, where none are given as fine as there is something to resolve."""
+        if self.planner.modes is not None:
+            return self.planner.modes
+        searching = self.belief.kind == "detection"
+        flat = searching or isinstance(self.information, Raster)
+        counts = [8, 8]
+        if searching and self.sensor.swath_m is not None:
+            (west, south, _), (east, north, _) = self.site.box_m
+            wanted = (round(MODES_A_SWATH * side / self.sensor.swath_m) for side in (east - west, north - south))
+            counts = [min(max(count, 8), MOST_MODES) for count in wanted]
+        return (counts[0], counts[1], 1 if flat else 4)
 
     @property
     def time_step_s(self) -> float | None:

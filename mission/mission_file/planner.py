@@ -31,8 +31,9 @@ class Planner(Section):
     """Greatest length of the path; absent: what the speed allows."""
     candidates: Annotated[int, Field(ge=1, le=4096)] = 8
     """How many paths the set has."""
-    modes: Annotated[tuple[Modes, Modes, Modes], Strict(False), Field(examples=[[16, 16, 4]])] = (8, 8, 4)
-    """Basis functions along east, north and up; 1 leaves an axis out of the metric."""
+    modes: Annotated[tuple[Modes, Modes, Modes] | None, Strict(False), Field(examples=[[16, 16, 4]])] = None
+    """Basis functions along east, north and up; 1 leaves an axis out of the metric. Absent: `[8, 8, 4]`; no altitudes
+    (1) where they make no difference, over a flat map and to a search, which takes as many as its swath resolves."""
     kernel: Literal["rbf", "markov", "markov-complete", "identity", "constant", "signature"] = "markov"
     """How candidates repel each other."""
     metric: Literal["spectral", "kernel"] = "spectral"
@@ -77,6 +78,8 @@ class Planner(Section):
                 '"explored"',
                 f'needs a metric of places and headings, got "{self.metric}": write metric = "kernel"',
             )
+        if self.modes is None:
+            return
         if max(self.modes) < 2:
             yield Finding("modes", str(list(self.modes)), "at least one axis must have 2 modes or more: [8, 8, 4]")
         if self.modes[0] * self.modes[1] * self.modes[2] > MOST_COEFFICIENTS:

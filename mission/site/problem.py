@@ -88,7 +88,7 @@ def options_from_mission(mission: Mission) -> Options:
     planner = mission.planner
     return Options(
         candidates=planner.candidates,
-        modes=planner.modes,
+        modes=mission.modes,
         kernel=Kernel(planner.kernel),
         metric=Metric(planner.metric),
         heading=HeadingRule(planner.heading),

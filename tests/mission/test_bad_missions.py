@@ -164,6 +164,12 @@ def test_a_bad_entry_is_refused_with_its_path_and_what_to_write(fault, sound):
     assert words in found[path]
 
 
+def test_a_sensor_that_looks_too_seldom_for_the_speed_is_refused():
+    found = refused(["examples/search.toml", "--set", "sensor.rate_hz=0.2"])
+    assert "every 50 m and sees no farther than 33 m" in found["sensor.rate_hz"]
+    assert "at least 0.31" in found["sensor.rate_hz"]
+
+
 @pytest.mark.parametrize("fault", RASTERS)
 def test_a_bad_raster_is_refused(fault, sound, tmp_path):
     array, entries, words = RASTERS[fault]

@@ -31,6 +31,14 @@ def test_a_sound_file_becomes_a_mission_with_every_default_filled_in(sound):
     assert mission.information.component[0].weight == 1.0
 
 
+def test_modes_that_are_not_given_resolve_what_there_is_to_resolve(sound):
+    assert load(sound).modes == (8, 8, 4)
+    assert load(sound, ["planner.modes=[5, 6, 7]"]).modes == (5, 6, 7)
+    # A search sees the ground alone, in swaths of 66 m over 1.5 km.
+    searching = load("examples/search.toml").planner.model_copy(update={"modes": None})
+    assert load("examples/search.toml").model_copy(update={"planner": searching}).modes == (32, 32, 1)
+
+
 def test_an_explicit_figure_wins_over_the_presets(sound):
     mission = load(sound, ["vehicle.max_climb_mps=1.25"])
     assert mission.vehicle.max_climb_mps == 1.25
