@@ -192,6 +192,8 @@ def run(
         simulator.close()
         for log in logs:
             log.close()
+    if simulator.failed:
+        raise typer.Exit(1)
 
 
 def main() -> None:

@@ -3,6 +3,8 @@
 Faster means lock-step: the vehicle's clock runs `speed` times faster than the wall's, but never further than a moment
 ahead of the last new setpoint while setpoints are followed. A busy machine so slows the simulation down and does not
 lose its stream; a stream that has truly ended (nothing new for a second of wall time) lets the clock run on.
+
+A vehicle whose program fails is silent from then on, as one whose firmware has crashed; the others fly on.
 """
 
 from __future__ import annotations
@@ -15,6 +17,7 @@ import socket
 import subprocess
 import sys
 import time
+import traceback
 from collections.abc import Callable, Sequence
 
 from sim_bridge.ardupilot.vehicle import ArduCopter
@@ -58,6 +61,7 @@ class _Plug:
     socket: socket.socket
     clients: list[tuple[str, int]]
     news_wall_s: float = -math.inf
+    failed: bool = False
 
 
 class Simulator:
@@ -95,7 +99,10 @@ class Simulator:
             self._selector.register(own, selectors.EVENT_READ, plug)
 
     def run(self, stop: Callable[[], bool]) -> None:
-        """Fly until told to stop."""
+        """Fly until told to stop.
+
+        What a vehicle's program fails with is told on stderr; with the last one that runs it is raised.
+        """
         last_wall_s = time.monotonic()
         due_s = self._now_s
         while not stop():
@@ -110,13 +117,31 @@ class Simulator:
                     break
                 self._now_s += TICK_S
                 for plug in self._plugs:
-                    self._tell(plug, plug.station.advance(self._now_s))
+                    if not plug.failed:
+                        self._tell(plug, self._advanced(plug))
 
     def close(self) -> None:
         """Let go of the sockets."""
         self._selector.close()
         for plug in self._plugs:
             plug.socket.close()
+
+    @property
+    def failed(self) -> list[int]:
+        """Systems of the vehicles whose programs failed."""
+        return [plug.station.autopilot.body.config.system for plug in self._plugs if plug.failed]
+
+    def _advanced(self, plug: _Plug) -> list[bytes]:
+        try:
+            return plug.station.advance(self._now_s)
+        except Exception:
+            plug.failed = True
+            if all(one.failed for one in self._plugs):
+                raise
+            system = plug.station.autopilot.body.config.system
+            print(f"vehicle {system} has failed and is silent from now on:", file=sys.stderr)
+            traceback.print_exc()
+            return []
 
     def _allowed_s(self, wall_s: float) -> float:
         """How far the clock may run: a moment ahead of the setpoints of every vehicle that is still sent new ones."""
@@ -127,6 +152,7 @@ class Simulator:
                 plug.station.news_s + LEAD_S + plug.station.round_trip_s
                 for plug in self._plugs
                 if plug.station.news_s is not None
+                and not plug.failed
                 and wall_s - plug.news_wall_s < STREAM_ENDED_S
                 and plug.station.autopilot.follows_setpoints()
             ),
@@ -144,7 +170,7 @@ class Simulator:
                 except ConnectionRefusedError:
                     # Nobody listened to what was sent earlier; they may yet.
                     continue
-                if sender[0] != _HOST:
+                if plug.failed or sender[0] != _HOST:
                     continue
                 if plug.station.put(data, self._now_s):
                     plug.news_wall_s = time.monotonic()

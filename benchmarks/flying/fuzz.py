@@ -1,7 +1,8 @@
-"""A million random and mutated frames into both ends: nothing raises, and nothing grows.
+"""A million random and mutated frames into both ends, and whole mutated plans: nothing raises, and nothing grows.
 
-The vehicles are in the air and hear what `tests/sim_bridge/test_fuzz.py` makes. The client is the real one, mavsdk
-included, on a wire that brings nothing else; what it hears goes on to an executive that is to fly a mission.
+The vehicles are in the air and hear what `tests/sim_bridge/test_fuzz.py` makes; others are sent plans with odd items,
+whose uploads go to the end, and fly what they accept (`tests/sim_bridge/test_fuzz_plans.py`). The client is the real
+one, mavsdk included, on a wire that brings nothing else; what it hears goes on to an executive that is to fly a mission.
 
 python -m benchmarks.flying.fuzz [FRAMES]
 """
@@ -38,6 +39,7 @@ from sim_bridge.codec import mavlink
 from sim_bridge.dialects import Autopilot
 from sim_bridge.link.client import Link
 from tests.sim_bridge.test_fuzz import VEHICLE, frame, fuzz
+from tests.sim_bridge.test_fuzz_plans import ROUNDS, fuzz_plans
 
 FRAMES = 1_000_000
 TOLD = (
@@ -215,14 +217,34 @@ def vehicle(autopilot: Autopilot, frames: int) -> tuple[int, int, int]:
     return frames, len(said), resident_kib() - before_kib
 
 
+def plans(autopilot: Autopilot, count: int) -> tuple[int, int, int]:
+    """Let vehicles in the air take so many mutated plans, and fly them.
+
+    Returns:
+        Plans brought, how many were accepted, and growth of the memory in KiB after a quarter of them.
+    """
+    flights = -(-count // ROUNDS)
+    first = int(WARM_SHARE * flights)
+    accepted = sum(fuzz_plans(autopilot, seed) for seed in range(first))
+    gc.collect()
+    before_kib = resident_kib()
+    accepted += sum(fuzz_plans(autopilot, seed) for seed in range(first, flights))
+    gc.collect()
+    return flights * ROUNDS, accepted, resident_kib() - before_kib
+
+
 def main() -> None:
     """Print the table."""
     frames = int(sys.argv[1]) if len(sys.argv) > 1 else FRAMES
     print(f"{machine()}\n")
-    print("| end | frames, none of which raised anything | came of it | memory grew by | a frame |")
+    print("| end | frames or plans, none of which raised anything | came of it | memory grew by | each |")
     print("|---|---|---|---|---|")
     ends: dict[str, tuple[Callable[[int], tuple[int, int, int]], int, str]] = {
         f"vehicle, {autopilot.name.lower()}": (functools.partial(vehicle, autopilot), frames // 2, "datagrams, alive")
+        for autopilot in Autopilot
+    }
+    ends |= {
+        f"plans flown, {autopilot.name.lower()}": (functools.partial(plans, autopilot), frames // 1000, "accepted")
         for autopilot in Autopilot
     }
     ends["flight client"] = (client, frames, "events")

@@ -9,11 +9,13 @@ from sim_bridge.ardupilot.modes import Mode
 from sim_bridge.codec import mavlink
 from sim_bridge.vehicle.body import Body
 from sim_bridge.vehicle.parameters import Parameters
-from sim_bridge.vehicle.plan_items import Item
+from sim_bridge.vehicle.plan_items import PLACE_FRAMES, Item
 from sim_bridge.vehicle.services import Order, Reply
 
 _ACCEPTED, _FAILED = mavlink.MAV_RESULT_ACCEPTED, mavlink.MAV_RESULT_FAILED
 _UNSUPPORTED, _DENIED = mavlink.MAV_RESULT_UNSUPPORTED, mavlink.MAV_RESULT_DENIED
+# What fits a height of Copter's, and how far home may lie above or below the origin.
+_HIGHEST_M, _HOME_FROM_ORIGIN_M = 83_000.0, 50_000.0
 
 
 class Orders:
@@ -96,6 +98,8 @@ class Orders:
 
     def _take_off(self, order: Order) -> Reply:
         """Altitudes of take-offs are above home; only GUIDED, armed, and from the ground."""
+        if order.frame != mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT:
+            return _DENIED, []
         height = order.given(7)
         may = self._body.armed and self._commander.mode is Mode.GUIDED and self._body.on_ground
         if not may or height is None:
@@ -121,8 +125,20 @@ class Orders:
         return (_ACCEPTED if inside else _FAILED), []
 
     def _set_home(self, order: Order) -> Reply:
-        home = order.home(self._body)
-        if home is None:
+        """Here, also where no place is given; else where the map of the earth and Copter's heights allow it."""
+        latitude, longitude, height = (0.0 if value is None else value for value in map(order.given, (5, 6, 7)))
+        if order.given(1) == 1.0 or (latitude == 0.0 and longitude == 0.0):
+            self._body.home_ned_m = self._body.position_ned_m
+            return _ACCEPTED, []
+        if order.given(1) != 0.0:
             return _FAILED, []
-        self._body.home_ned_m = home
+        if order.given(7) is None or abs(height) > _HIGHEST_M or order.frame not in PLACE_FRAMES:
+            return _DENIED, []
+        if abs(latitude) > 90.0 or abs(longitude) > 180.0:
+            return _FAILED, []
+        item = Item(0, order.frame, (0.0,) * 4, round(latitude * 1e7), round(longitude * 1e7), height)
+        home = item.place(self._body.home_amsl_m)
+        if abs(home.altitude_amsl_m - self._body.origin.altitude_amsl_m) > _HOME_FROM_ORIGIN_M:
+            return _FAILED, []
+        self._body.home_ned_m = self._body.local_ned(home)
         return _ACCEPTED, []

@@ -78,8 +78,6 @@ def _check(kind: int, item: Item) -> int:
             return mavlink.MAV_MISSION_INVALID_PARAM6_Y
     if not math.isfinite(item.altitude_m):
         return mavlink.MAV_MISSION_INVALID_PARAM7
-    if kind == _FENCE and item.command in FENCE_POLYGONS and item.params[0] < 3.0:
-        return mavlink.MAV_MISSION_INVALID_PARAM1
     return mavlink.MAV_MISSION_ACCEPTED
 
 

@@ -130,10 +130,14 @@ class Orders:
         return result, texts
 
     def _set_home(self, order: Order) -> Reply:
-        home = order.home(self._body)
-        if home is None:
+        """Here, or at a place above sea level, however far away."""
+        latitude, longitude, amsl_m = (order.given(number) for number in (5, 6, 7))
+        if order.whole(1) == 1:
+            self._body.home_ned_m = self._body.position_ned_m
+        elif latitude is None or longitude is None or amsl_m is None:
             return _DENIED, []
-        self._body.home_ned_m = home
+        else:
+            self._body.home_ned_m = self._body.local_ned(GeodeticPoint(latitude, longitude, amsl_m))
         return _ACCEPTED, []
 
     def _autotune(self, order: Order, now_s: float) -> Message:

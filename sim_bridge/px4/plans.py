@@ -13,6 +13,7 @@ from sim_bridge.vehicle.plan_items import (
     PLACE_FRAMES,
     RELATIVE_FRAMES,
     Item,
+    unsigned,
 )
 from sim_bridge.vehicle.plan_storage import Manners
 
@@ -77,7 +78,7 @@ def _check(kind: int, item: Item) -> int:
     else:
         return mavlink.MAV_MISSION_UNSUPPORTED_FRAME
     misplaced = kind == _MISSION and item.command in (*_FENCE_ITEMS, mavlink.MAV_CMD_NAV_RALLY_POINT)
-    too_few = kind == _FENCE and item.command in FENCE_POLYGONS and not item.params[0] > 2.5
+    too_few = kind == _FENCE and item.command in FENCE_POLYGONS and _corners(item) < 3
     if misplaced or too_few:
         return mavlink.MAV_MISSION_ERROR
     if kind == _RALLY and item.frame not in RELATIVE_FRAMES:
@@ -85,8 +86,13 @@ def _check(kind: int, item: Item) -> int:
     return mavlink.MAV_MISSION_ACCEPTED
 
 
+def _corners(item: Item) -> int:
+    """How many corners a vertex says that its polygon has."""
+    return unsigned(item.params[0] + 0.5, 16)
+
+
 def _kept(kind: int, item: Item) -> Item:
-    """Global frames come back as their integer twins, headings between 0 and 360 degrees."""
+    """Global frames come back as their integer twins, headings between 0 and 360 degrees, counts as whole numbers."""
     if item.frame not in PLACE_FRAMES:
         return item
     absolute = item.frame in ABSOLUTE_FRAMES
@@ -94,6 +100,8 @@ def _kept(kind: int, item: Item) -> Item:
     p1, p2, p3, p4 = item.params
     if kind == _MISSION and item.command in _TURNED_BY_P4 and math.isfinite(p4):
         p4 %= 360.0
+    if kind == _FENCE and item.command in FENCE_POLYGONS:
+        p1 = float(_corners(item))
     return dataclasses.replace(item, frame=frame, params=(p1, p2, p3, p4))
 
 

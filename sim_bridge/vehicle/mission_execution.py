@@ -64,7 +64,7 @@ class MissionRun:
         for _ in range(_MOST_STEPS):
             if self.ends_with is not None or self.current >= len(items):
                 return None
-            target = self._item_target(items[self.current], body, course)
+            target = self._item_target(items, body, course)
             if target is not None:
                 return target
         # Jumps in a circle, with nothing to fly between them.
@@ -78,8 +78,9 @@ class MissionRun:
         self.current = self.current + 1 if index is None else index
         self._begin_leg()
 
-    def _item_target(self, item: Item, body: Body, course: Course) -> Target | None:
-        """What an item asks for; None: nothing any more, another one is current."""
+    def _item_target(self, items: Sequence[Item], body: Body, course: Course) -> Target | None:
+        """What the current item asks for; None: nothing any more, another one is current."""
+        item = items[self.current]
         p1, p2 = item.params[:2]
         match item.command:
             case (
@@ -110,7 +111,7 @@ class MissionRun:
                 self._speed_mps = p2 if p2 > 0.0 else self._speed_mps
                 self._next()
             case mavlink.MAV_CMD_DO_JUMP:
-                self._jump(p1, p2)
+                self._jump(p1, p2, len(items))
             case _:
                 self._next()
         return None
@@ -135,9 +136,12 @@ class MissionRun:
             return None
         return follow_line(body, self._leg_start(body), (x, y, down), self._speed_mps or course.cruise_mps)
 
-    def _jump(self, index: float, times: float) -> None:
+    def _jump(self, index: float, times: float, count: int) -> None:
+        """To another item, so many times; one that is not in the mission ends it, as neither autopilot goes on."""
         done = self._jumps.get(self.current, 0)
-        if math.isfinite(index) and index >= self._first and (times < 0.0 or done < times):
+        if not self._first <= index < count:
+            self._next(count)
+        elif times < 0.0 or done < times:
             self._jumps[self.current] = done + 1
             self._next(int(index))
         else:

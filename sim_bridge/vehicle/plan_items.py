@@ -71,6 +71,11 @@ class Item:
         return GeodeticPoint(self.latitude_e7 * 1e-7, self.longitude_e7 * 1e-7, amsl_m)
 
 
+def unsigned(value: float, bits: int) -> int:
+    """A number as C++ puts it into an unsigned field: its lowest bits, and nought if it is far too big."""
+    return int(value) & ((1 << bits) - 1) if abs(value) <= _LARGEST else 0
+
+
 def _whole(value: float) -> int:
     """The nearest number that fits the field."""
     return max(-_LARGEST, min(_LARGEST, round(value))) if math.isfinite(value) else 0

@@ -7,8 +7,6 @@ import math
 from collections.abc import Callable
 
 from sim_bridge.codec import Message, mavlink
-from sim_bridge.state import GeodeticPoint, Vector
-from sim_bridge.vehicle.body import Body
 from sim_bridge.vehicle.parameters import Parameters
 from sim_bridge.vehicle.plan_items import Peer
 from sim_bridge.vehicle.plan_storage import PlanStorage
@@ -30,7 +28,7 @@ class Order:
         params: p1 … p7; NaN: not given. Of COMMAND_INT p5 and p6 are degrees.
         peer: Who gave it.
         target: Whom it is meant for.
-        frame: MAV_FRAME of p5 … p7.
+        frame: MAV_FRAME of p5 … p7; COMMAND_LONG has none: home is set above sea level, all else is relative to it.
     """
 
     command: int
@@ -54,7 +52,9 @@ class Order:
         params = (message.param1, message.param2, message.param3, message.param4, p5, p6, p7)
         peer = (message.get_srcSystem(), message.get_srcComponent())
         target = (message.target_system, message.target_component)
-        frame = getattr(message, "frame", mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT)
+        sets_home = message.command == mavlink.MAV_CMD_DO_SET_HOME
+        unsaid = mavlink.MAV_FRAME_GLOBAL if sets_home else mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
+        frame = getattr(message, "frame", unsaid)
         return cls(message.command, params, peer, target, frame)
 
     def whole(self, number: int) -> int:
@@ -66,15 +66,6 @@ class Order:
         """Parameter p1 … p7; None where it is not given."""
         value = self.params[number - 1]
         return value if math.isfinite(value) else None
-
-    def home(self, body: Body) -> Vector | None:
-        """Where MAV_CMD_DO_SET_HOME puts home: here, or at a place above sea level; None: it does not say."""
-        if self.whole(1) == 1:
-            return body.position_ned_m
-        latitude, longitude, amsl_m = (self.given(number) for number in (5, 6, 7))
-        if latitude is None or longitude is None or amsl_m is None:
-            return None
-        return body.local_ned(GeodeticPoint(latitude, longitude, amsl_m))
 
     def ack(self, result: int, progress: int = 0) -> Message:
         """The answer to whoever gave it."""

@@ -364,3 +364,34 @@ def test_home_is_not_the_origin():
     gs = station()
     home, origin = gs.last("HOME_POSITION"), gs.last("GPS_GLOBAL_ORIGIN")
     assert 1.0 <= abs(home.altitude - origin.altitude) * 1e-3 <= 2.0
+
+
+@pytest.mark.parametrize(
+    ("place", "result"),
+    [
+        ((300.0, 8.5, 488.0), mavlink.MAV_RESULT_FAILED),
+        ((47.4, -181.0, 488.0), mavlink.MAV_RESULT_FAILED),
+        ((3.4e38, 3.4e38, 488.0), mavlink.MAV_RESULT_FAILED),
+        ((47.4, 8.5, NAN), mavlink.MAV_RESULT_DENIED),
+        ((47.4, 8.5, 3.4e38), mavlink.MAV_RESULT_DENIED),
+        ((47.4, 8.5, 60_000.0), mavlink.MAV_RESULT_FAILED),
+        ((47.4, 8.5, 500.0), ACCEPTED),
+    ],
+)
+def test_home_is_set_where_the_map_of_the_earth_allows_it(place, result):
+    gs = station()
+    upload(gs, [item(0), item(1)])
+    assert gs.command(mavlink.MAV_CMD_DO_SET_HOME, 0, 0, 0, 0, *place) == result
+    gs.send(mavlink.MAVLink_mission_request_list_message(1, 1, MISSIONS))
+    (home,) = gs.send(mavlink.MAVLink_mission_request_int_message(1, 1, 0, MISSIONS))
+    latitude, _, amsl_m = place if result == ACCEPTED else (GROUND.latitude_deg, 0.0, GROUND.altitude_amsl_m)
+    assert home.x == pytest.approx(latitude * 1e7, abs=200)
+    assert home.z == pytest.approx(amsl_m, abs=2.0)
+
+
+def test_home_is_set_here_where_no_place_is_given():
+    gs = station()
+    assert gs.command(mavlink.MAV_CMD_DO_SET_HOME, 0, 0, 0, 0, 47.0, 8.5, 500.0) == ACCEPTED
+    assert gs.command(mavlink.MAV_CMD_DO_SET_HOME) == ACCEPTED
+    gs.wait(1.1)
+    assert gs.last("HOME_POSITION").latitude == pytest.approx(GROUND.latitude_deg * 1e7, abs=200)

@@ -147,6 +147,50 @@ def test_accepted_is_no_sanity_check(nonsense):
     assert upload(station(), [nonsense]) == mavlink.MAV_MISSION_ACCEPTED
 
 
+@pytest.mark.parametrize(("count", "result"), [(math.inf, 1), (3e38, 1), (NAN, 1), (65538.0, 1), (2.6, 0)])
+def test_the_number_of_corners_is_what_fits_its_field(count, result):
+    vertex = mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION
+    corners = [(-50, -50), (-50, 50), (50, 0)]
+    fence = [
+        item(seq, vertex, north, east, params=(count, 0.0, 0.0, 0.0), kind=FENCES)
+        for seq, (north, east) in enumerate(corners)
+    ]
+    gs = station()
+    assert upload(gs, fence, FENCES) == result
+    gs.wait(1.0)
+    assert "invalid" not in gs.said.lower()
+
+
+def test_a_polygon_that_lacks_corners_holds_nothing():
+    gs = station()
+    fence = polygon_fence([(-50, -50), (-50, 50), (50, 50), (50, -50)])[:3]
+    assert upload(gs, fence, FENCES) == mavlink.MAV_MISSION_ACCEPTED
+    gs.wait(1.0)
+    assert "doesn't contain Home" in gs.said
+
+
+@pytest.mark.parametrize(
+    ("radius_m", "holds"), [(math.inf, True), (3e38, True), (-30.0, True), (NAN, False), (0.0, False)]
+)
+def test_a_circle_may_have_any_radius(radius_m, holds):
+    gs = station()
+    assert upload(gs, circle_fence(radius_m), FENCES) == mavlink.MAV_MISSION_ACCEPTED
+    gs.wait(1.0)
+    assert ("doesn't contain Home" in gs.said) is not holds
+
+
+@pytest.mark.parametrize("index", [1e6, 3e38, math.inf, NAN, -5.0, 65535.0, 2.0])
+def test_a_jump_to_an_item_that_is_not_there_ends_the_mission(index):
+    jump = mavlink.MAVLink_mission_item_int_message(
+        1, 1, 1, mavlink.MAV_FRAME_MISSION, mavlink.MAV_CMD_DO_JUMP, 0, 1, index, 5, 0, 0, 0, 0, 0, MISSIONS
+    )
+    gs = station()
+    flying_mission(gs, [item(0), jump])
+    gs.wait(10.0)
+    assert gs.armed
+    assert math.hypot(*gs.velocity) < 0.5
+
+
 def test_what_was_uploaded_is_read_back():
     gs = station()
     sent = [item(0, mavlink.MAV_CMD_NAV_TAKEOFF), item(1, north_m=30.0, east_m=-20.0), item(2, height_m=55.5)]

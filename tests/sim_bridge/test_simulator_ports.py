@@ -101,3 +101,20 @@ def test_a_client_and_a_ground_station_hear_the_same_vehicle_and_both_are_answer
 def test_ports_that_collide_or_are_none_are_refused(port, ground_station):
     with pytest.raises(ValueError, match="a UDP port of their own"):
         Simulator(stations(2), port, 1.0, ground_station)
+
+
+def test_a_vehicle_whose_program_fails_is_silent_and_the_others_fly_on(capfd):
+    simulator = Simulator(stations(2), 0xBFFE, 5.0)
+    broken, sound = (plug.station.autopilot for plug in simulator._plugs)
+    broken.tick = lambda now_s: 1 / 0
+    try:
+        simulator.run(lambda: sound.body.time_s > 2.0)
+        assert simulator.failed == [1]
+        said = capfd.readouterr().err
+        assert "vehicle 1 has failed" in said
+        assert "ZeroDivisionError" in said
+        sound.tick = lambda now_s: 1 / 0
+        with pytest.raises(ZeroDivisionError):
+            simulator.run(lambda: False)
+    finally:
+        simulator.close()
