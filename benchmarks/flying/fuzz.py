@@ -2,7 +2,7 @@
 
 The vehicles are in the air and hear what `tests/sim_bridge/test_fuzz.py` makes; others are sent plans with odd items,
 whose uploads go to the end, and fly what they accept (`tests/sim_bridge/test_fuzz_plans.py`). The client is the real
-one, mavsdk included, on a wire that brings nothing else; what it hears goes on to an executive that is to fly a mission.
+one, mavsdk included, on a wire that brings nothing else; what it hears goes on to an executive with a mission to fly.
 
 python -m benchmarks.flying.fuzz [FRAMES]
 """

@@ -19,6 +19,7 @@ _ALL = 0b111
 _FORCE, _YAW_IGNORED, _YAW_RATE_IGNORED = 1 << 9, 1 << 10, 1 << 11
 
 Axes = tuple[float | None, float | None, float | None]
+_NOTHING: Axes = (None, None, None)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -35,38 +36,47 @@ class Refused:
 def target_of(message: Message, body: Body) -> Target | Refused:
     """What a setpoint asks for, as PX4 1.15 understands it.
 
-    LOCAL_NED and the global frames count, BODY_NED for velocities. A mask that ignores everything does not count. NaN
-    is not refused: what is not a number means "stop here".
+    LOCAL_NED and the global frames count, BODY_NED for velocities. A mask that ignores everything does not count, and
+    what is sent as NaN is ignored as if the mask said so. Of what is left every axis needs something, and x and y come
+    in pairs; else the setpoint counts and means "stop here".
     """
     mask = int(message.type_mask)
     name = message.get_type()
-    position = _position_ned(message, body)
+    position = _position_ned(message, mask, body)
     if position is None:
         return Refused(f"{name} coordinate frame {message.coordinate_frame} unsupported")
-    if mask & _FORCE and mask >> _AX & _ALL != _ALL:
-        return Refused(f"{name} force not supported")
-    places = _kept(position, mask, _X)
-    velocity: Axes = _kept((message.vx, message.vy, message.vz), mask, _VX)
-    acceleration: Axes = _kept((message.afx, message.afy, message.afz), mask, _AX)
+    velocity = _kept((message.vx, message.vy, message.vz), mask, _VX)
+    acceleration = _kept((message.afx, message.afy, message.afz), mask, _AX)
     if message.coordinate_frame == mavlink.MAV_FRAME_BODY_NED:
-        places = (None, None, None)
         velocity, acceleration = _turned(velocity, body), _turned(acceleration, body)
-    if all(value is None for value in (*places, *velocity, *acceleration)):
+    if mask & _FORCE and not _nothing(acceleration):
+        return Refused(f"{name} force not supported")
+    if _nothing(position) and _nothing(velocity) and _nothing(acceleration):
         return Refused(f"{name} invalid")
-    yaw = None if mask & _YAW_IGNORED else message.yaw
-    yaw_rate = 0.0 if mask & _YAW_RATE_IGNORED else message.yaw_rate
-    numbers = (*places, *velocity, *acceleration, yaw, yaw_rate)
-    if not all(value is None or math.isfinite(value) for value in numbers):
-        return Target(position_ned_m=body.position_ned_m)
-    free = all(value is None for value in (*places, *velocity))
-    return Target(places, None if free else _filled(velocity), _filled(acceleration), yaw, yaw_rate)
+    position, velocity, acceleration = _finite(position), _finite(velocity), _finite(acceleration)
+    if not _complete(position, velocity, acceleration):
+        return Target()
+    yaw, yaw_rate, _ = _finite((message.yaw, message.yaw_rate, None))
+    return Target(
+        position_ned_m=position,
+        velocity_ned_mps=None if _nothing(position) and _nothing(velocity) else _filled(velocity),
+        acceleration_ned_mps2=_filled(acceleration),
+        yaw_rad=None if mask & _YAW_IGNORED else yaw,
+        yaw_rate_radps=0.0 if mask & _YAW_RATE_IGNORED or yaw_rate is None else yaw_rate,
+    )
 
 
-def _position_ned(message: Message, body: Body) -> Vector | None:
+def _position_ned(message: Message, mask: int, body: Body) -> Axes | None:
+    """The position that is asked for; None: in a frame that is not understood."""
     frame = message.coordinate_frame
     if isinstance(message, mavlink.MAVLink_set_position_target_local_ned_message):
-        known = frame in (mavlink.MAV_FRAME_LOCAL_NED, mavlink.MAV_FRAME_BODY_NED)
-        return (message.x, message.y, message.z) if known else None
+        if frame == mavlink.MAV_FRAME_BODY_NED:
+            return _NOTHING
+        known = frame == mavlink.MAV_FRAME_LOCAL_NED
+        return _kept((message.x, message.y, message.z), mask, _X) if known else None
+    if mask & _ALL:
+        # A place on the globe counts whole.
+        return _NOTHING
     if frame == mavlink.MAV_FRAME_GLOBAL_INT:
         amsl_m = message.alt
     elif frame == mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT_INT:
@@ -100,6 +110,21 @@ class Stream:
 def _kept(values: Vector, mask: int, first_bit: int) -> Axes:
     x, y, z = (None if mask >> (first_bit + axis) & 1 else value for axis, value in enumerate(values))
     return x, y, z
+
+
+def _nothing(values: Axes) -> bool:
+    return all(value is None or math.isnan(value) for value in values)
+
+
+def _finite(values: Axes) -> Axes:
+    x, y, z = (value if value is not None and math.isfinite(value) else None for value in values)
+    return x, y, z
+
+
+def _complete(*groups: Axes) -> bool:
+    """Whether every axis has something, and x and y come in pairs."""
+    served = all(any(group[axis] is not None for group in groups) for axis in range(3))
+    return served and all((x is None) == (y is None) for x, y, _ in groups)
 
 
 def _turned(values: Axes, body: Body) -> Axes:

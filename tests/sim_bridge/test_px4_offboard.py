@@ -192,16 +192,49 @@ def test_setpoints_for_another_system_are_no_stream():
     assert gs.px4_mode(OFFBOARD) == TEMPORARILY_REJECTED
 
 
-def test_nan_is_not_rejected_and_means_stop_here():
+NOTHING = (NAN, NAN, NAN)
+
+
+@pytest.mark.parametrize(
+    "incomplete",
+    [
+        {"position": (NAN, 50.0, -20.0), "mask": POSITION_ONLY},
+        {"position": (50.0, 50.0, NAN), "mask": POSITION_ONLY},
+        {"position": (math.inf, 50.0, -20.0), "mask": POSITION_ONLY},
+        {"position": (NAN, 50.0, -20.0), "velocity": (6.0, 6.0, 0.0), "mask": POSITION_VELOCITY},
+        {"velocity": (6.0, NAN, 0.0), "mask": VELOCITY_ONLY},
+        {"velocity": (6.0, 6.0, NAN), "mask": VELOCITY_ONLY},
+        {"position": (50.0, 50.0, 0.0), "mask": POSITION_ONLY | 0b100},
+        {"position": (50.0, 0.0, -20.0), "mask": POSITION_ONLY | 0b010},
+    ],
+    ids=["x", "z", "infinite x", "x, with velocity", "vy", "vz", "mask without z", "mask without y"],
+)
+def test_nan_is_not_rejected_and_means_stop_here(incomplete):
     gs = in_offboard()
     gs.wait(4.0, do=lambda: gs.setpoint((0.0, 0.0, -20.0), (6.0, 0.0, 0.0), mask=VELOCITY_ONLY))
     assert gs.velocity[0] > 4.0
-    gs.wait(12.0, do=lambda: gs.setpoint((NAN, NAN, NAN), (NAN, NAN, NAN), mask=POSITION_VELOCITY))
+    gs.wait(12.0, do=lambda: gs.setpoint(**incomplete))
     assert gs.custom_mode == OFFBOARD
     assert math.hypot(*gs.velocity) < 0.3
     there = gs.position
-    gs.wait(10.0, do=lambda: gs.setpoint((NAN, NAN, NAN), (NAN, NAN, NAN), mask=POSITION_VELOCITY))
+    gs.wait(10.0, do=lambda: gs.setpoint(**incomplete))
     assert math.dist(gs.position, there) < 1.0
+
+
+@pytest.mark.parametrize("mask", [POSITION_VELOCITY, POSITION_VELOCITY_ACCELERATION, POSITION_ONLY, VELOCITY_ONLY])
+def test_a_setpoint_of_nan_alone_is_no_stream(mask):
+    gs = station()
+    gs.take_off()
+    gs.wait(2.0, do=lambda: gs.setpoint(NOTHING, NOTHING, NOTHING, mask=mask))
+    assert gs.px4_mode(OFFBOARD) == TEMPORARILY_REJECTED
+    assert "SET_POSITION_TARGET_LOCAL_NED invalid" in gs.said
+
+
+def test_a_nan_position_beside_a_velocity_flies_the_velocity():
+    gs = in_offboard()
+    gs.wait(6.0, do=lambda: gs.setpoint(NOTHING, (3.0, -2.0, 0.0), NOTHING, yaw_rad=NAN))
+    assert gs.custom_mode == OFFBOARD
+    assert gs.velocity[:2] == pytest.approx((3.0, -2.0), abs=0.3)
 
 
 def test_a_velocity_is_clipped_to_the_parameters():
