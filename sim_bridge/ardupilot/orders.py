@@ -136,7 +136,7 @@ class Orders:
             return _DENIED, []
         if abs(latitude) > 90.0 or abs(longitude) > 180.0:
             return _FAILED, []
-        item = Item(0, order.frame, (0.0,) * 4, round(latitude * 1e7), round(longitude * 1e7), height)
+        item = Item(0, order.frame, (0.0, 0.0, 0.0, 0.0), round(latitude * 1e7), round(longitude * 1e7), height)
         home = item.place(self._body.home_amsl_m)
         if abs(home.altitude_amsl_m - self._body.origin.altitude_amsl_m) > _HOME_FROM_ORIGIN_M:
             return _FAILED, []

@@ -18,7 +18,7 @@ from sim_bridge.ardupilot.defaults import (
 from sim_bridge.ardupilot.guided import AutopilotCrash, Submode
 from sim_bridge.ardupilot.modes import Mode
 from sim_bridge.ardupilot.orders import Orders
-from sim_bridge.ardupilot.plans import ARDUPILOT_MANNERS
+from sim_bridge.ardupilot.plan_transfer import PlanTransfer
 from sim_bridge.codec import Message, mavlink
 from sim_bridge.dialects import Autopilot
 from sim_bridge.state import FlightMode
@@ -28,7 +28,6 @@ from sim_bridge.vehicle.boot_clock import BootClock
 from sim_bridge.vehicle.kinematics import SpeedLimits
 from sim_bridge.vehicle.parameters import Encoding, Parameters
 from sim_bridge.vehicle.plan_items import Item
-from sim_bridge.vehicle.plan_storage import PlanStorage
 from sim_bridge.vehicle.services import Order, Reply, Services, version
 from sim_bridge.vehicle.telemetry import Standing, Streams, body_message
 
@@ -70,7 +69,7 @@ class ArduCopter:
         self.body = Body(dataclasses.replace(config, airframe=airframe), Autopilot.ARDUPILOT, DEAD_RECKONING_S)
         self._parameters = Parameters(PARAMETERS, Encoding.CAST)
         self._parameters.change({"SYSID_THISMAV": config.system, **dict(config.parameters)})
-        self._storage = PlanStorage(ARDUPILOT_MANNERS)
+        self._storage = PlanTransfer()
         self.services = Services(self._parameters, self._storage, Streams(HEARTBEAT_HZ), _RATES_HZ)
         self._clock = BootClock()
         self.refusal = ""
@@ -91,30 +90,30 @@ class ArduCopter:
         """Take one message in and answer it; a setpoint that is not a number is the last one ever taken."""
         if not self._at(now_s):
             return []
-        own, target = self.body.config.system, getattr(message, "target_system", None)
+        if getattr(message, "target_system", 0) not in (0, self.body.config.system):
+            # What is for another vehicle is passed on, not answered.
+            return []
         order = Order.from_message(message)
         match message:
             case _ if order is not None:
-                # What is for another vehicle is passed on, not answered.
-                return self._ordered(order) if target in (0, own) else []
+                return self._ordered(order)
             case mavlink.MAVLink_heartbeat_message():
                 if message.get_srcSystem() == int(self._parameters["SYSID_MYGCS"]):
                     self._commander.ground_station_s = self._clock.now_s
                 return []
             case _ if isinstance(message, _SETPOINTS):
-                return self._setpoint(message) if target in (0, own) else []
+                return self._setpoint(message)
             case mavlink.MAVLink_set_mode_message():
-                return self._set_mode_message(message) if target == own else []
+                return self._set_mode_message(message)
             case mavlink.MAVLink_mission_set_current_message():
-                return self._set_current(message.seq)[1] if target == own else []
+                return self._set_current(message.seq)[1]
             case mavlink.MAVLink_request_data_stream_message():
-                if target in (0, own):
-                    self._set_streams(message)
+                self._set_streams(message)
                 return []
             case _:
                 if isinstance(message, mavlink.MAVLink_mission_request_list_message) and self._storage.mission:
                     self._storage.mission[0] = self._home_item()
-                replies = self.services.receive(message, self._clock.now_s, own)
+                replies = self.services.receive(message, self._clock.now_s)
                 if self._parameters.changes != self._applied:
                     self._apply_parameters()
                 for kind in self._storage.changed():

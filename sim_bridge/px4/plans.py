@@ -11,17 +11,18 @@ from sim_bridge.vehicle.plan_items import (
     FENCE_CIRCLES,
     FENCE_POLYGONS,
     PLACE_FRAMES,
-    RELATIVE_FRAMES,
     Item,
     unsigned,
 )
-from sim_bridge.vehicle.plan_storage import Manners
 
 _MISSION, _FENCE, _RALLY = (
     mavlink.MAV_MISSION_TYPE_MISSION,
     mavlink.MAV_MISSION_TYPE_FENCE,
     mavlink.MAV_MISSION_TYPE_RALLY,
 )
+MOST_ITEMS = {_MISSION: 2000, _FENCE: 64, _RALLY: 32}
+"""By kind of plan; more are refused."""
+
 _FENCE_ITEMS = (*FENCE_POLYGONS, *FENCE_CIRCLES, mavlink.MAV_CMD_NAV_FENCE_RETURN_POINT)
 _PLACES = (
     mavlink.MAV_CMD_NAV_WAYPOINT,
@@ -67,8 +68,11 @@ _TURNED_BY_P4 = (
 )
 
 
-def _check(kind: int, item: Item) -> int:
-    """No look at the numbers: a latitude of 95, a NaN or a place 50 km away passes."""
+def check(kind: int, item: Item) -> int:
+    """MAV_MISSION_ACCEPTED, or why an item is refused.
+
+    No look at the numbers: a latitude of 95, a NaN or a place 50 km away passes.
+    """
     if item.frame in PLACE_FRAMES:
         if item.command not in _PLACES:
             return mavlink.MAV_MISSION_UNSUPPORTED
@@ -81,7 +85,7 @@ def _check(kind: int, item: Item) -> int:
     too_few = kind == _FENCE and item.command in FENCE_POLYGONS and _corners(item) < 3
     if misplaced or too_few:
         return mavlink.MAV_MISSION_ERROR
-    if kind == _RALLY and item.frame not in RELATIVE_FRAMES:
+    if kind == _RALLY and item.frame != mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT:
         return mavlink.MAV_MISSION_UNSUPPORTED_FRAME
     return mavlink.MAV_MISSION_ACCEPTED
 
@@ -91,7 +95,7 @@ def _corners(item: Item) -> int:
     return unsigned(item.params[0] + 0.5, 16)
 
 
-def _kept(kind: int, item: Item) -> Item:
+def kept(kind: int, item: Item) -> Item:
     """Global frames come back as their integer twins, headings between 0 and 360 degrees, counts as whole numbers."""
     if item.frame not in PLACE_FRAMES:
         return item
@@ -103,18 +107,3 @@ def _kept(kind: int, item: Item) -> Item:
     if kind == _FENCE and item.command in FENCE_POLYGONS:
         p1 = float(_corners(item))
     return dataclasses.replace(item, frame=frame, params=(p1, p2, p3, p4))
-
-
-PX4_MANNERS = Manners(
-    asks_int=True,
-    retry_s=0.25,
-    give_up_s=5.0,
-    gives_up_with_ack=False,
-    busy=mavlink.MAV_MISSION_ERROR,
-    out_of_turn=None,
-    repeats_last_ack=True,
-    replaces_in_place=False,
-    most_items={_MISSION: 2000, _FENCE: 64, _RALLY: 32},
-    check=_check,
-    kept=_kept,
-)

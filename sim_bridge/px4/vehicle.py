@@ -6,26 +6,25 @@ import math
 
 from sim_bridge.codec import Message, mavlink
 from sim_bridge.dialects import Autopilot
+from sim_bridge.px4.addressing import addressed_to_us
 from sim_bridge.px4.commander import Commander
 from sim_bridge.px4.defaults import CAPABILITIES, DEAD_RECKONING_S, PARAMETERS, RATES_HZ, READY_AFTER_S, RELEASE
 from sim_bridge.px4.modes import Mode, mode_from_numbers
 from sim_bridge.px4.navigator import Navigator
 from sim_bridge.px4.offboard import SETPOINTS, Refused, Stream
 from sim_bridge.px4.orders import Orders
-from sim_bridge.px4.plans import PX4_MANNERS
+from sim_bridge.px4.plan_transfer import PlanTransfer
 from sim_bridge.state import FlightMode
 from sim_bridge.vehicle.autopilot import switched_to
 from sim_bridge.vehicle.body import Body, VehicleConfig
 from sim_bridge.vehicle.boot_clock import BootClock
 from sim_bridge.vehicle.kinematics import SpeedLimits
 from sim_bridge.vehicle.parameters import Encoding, Parameters
-from sim_bridge.vehicle.plan_storage import PlanStorage
 from sim_bridge.vehicle.services import Order, Services, version
 from sim_bridge.vehicle.telemetry import Standing, Streams, body_message
 
 _REACHED_REPEATS = 10
 _REBOOT_S = 3.0
-_BROADCAST = (mavlink.MAV_CMD_REQUEST_MESSAGE, mavlink.MAV_CMD_REQUEST_AUTOPILOT_CAPABILITIES)
 _PILOT_MODES = {
     FlightMode.PILOT: Mode.POSCTL,
     FlightMode.HOLD: Mode.HOLD,
@@ -49,7 +48,7 @@ class Px4:
         self.body = Body(config, Autopilot.PX4, DEAD_RECKONING_S)
         self._parameters = Parameters(PARAMETERS, Encoding.BYTEWISE)
         self._parameters.change({"MAV_SYS_ID": config.system, **dict(config.parameters)})
-        self._storage = PlanStorage(PX4_MANNERS)
+        self._storage = PlanTransfer()
         self.services = Services(self._parameters, self._storage, Streams(RATES_HZ), RATES_HZ)
         self._clock = BootClock()
         self.refusal = ""
@@ -77,24 +76,26 @@ class Px4:
         """Take one message in and answer it."""
         if not self._at(now_s):
             return []
-        own, target = self.body.config.system, getattr(message, "target_system", None)
+        ours = addressed_to_us(message, self.body.config.system)
         order = Order.from_message(message)
         if order is not None:
-            return self._ordered(order)
+            return self._ordered(order) if ours else [order.ack(mavlink.MAV_RESULT_FAILED)]
+        if not ours:
+            return []
         match message:
             case mavlink.MAVLink_heartbeat_message():
                 if message.type == mavlink.MAV_TYPE_GCS:
                     self._commander.ground_station_s = self._clock.now_s
                 return []
             case _ if isinstance(message, SETPOINTS):
-                return self._setpoint(message) if target in (0, own) else []
+                return self._setpoint(message)
             case mavlink.MAVLink_set_mode_message():
                 mode = mode_from_numbers(message.custom_mode >> 16 & 0xFF, message.custom_mode >> 24 & 0xFF)
-                return self._commander.change_mode(mode)[1] if target == own and mode is not None else []
+                return self._commander.change_mode(mode)[1] if mode is not None else []
             case mavlink.MAVLink_mission_set_current_message():
-                return self._set_current(message.seq) if target == own else []
+                return self._set_current(message.seq)
             case _:
-                replies = self.services.receive(message, self._clock.now_s, own)
+                replies = self.services.receive(message, self._clock.now_s)
                 if self._parameters.changes != self._applied:
                     self._apply_parameters()
                 return replies + self._plans_changed()
@@ -146,10 +147,6 @@ class Px4:
         return runs
 
     def _ordered(self, order: Order) -> list[Message]:
-        system, component = order.target
-        anyone = order.command in _BROADCAST and system == 0
-        if not anyone and (system != self.body.config.system or component not in (0, mavlink.MAV_COMP_ID_AUTOPILOT1)):
-            return [order.ack(mavlink.MAV_RESULT_FAILED)]
         served = self.services.carry_out(order, self._clock.now_s, self._message)
         return self._orders.answer(order, self._clock.now_s) if served is None else [order.ack(served[0]), *served[1]]
 
@@ -161,6 +158,8 @@ class Px4:
         return []
 
     def _set_current(self, seq: int) -> list[Message]:
+        if self._storage.busy:
+            return self._commander.critical("WPM: IGN WP CURR CMD: Busy")
         if seq >= len(self._storage.mission):
             return self._commander.critical("WPM: WP CURR CMD: Not in list")
         self._navigator.mission.restart(at=seq)

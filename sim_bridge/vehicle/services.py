@@ -27,14 +27,12 @@ class Order:
         command: MAV_CMD.
         params: p1 … p7; NaN: not given. Of COMMAND_INT p5 and p6 are degrees.
         peer: Who gave it.
-        target: Whom it is meant for.
         frame: MAV_FRAME of p5 … p7; COMMAND_LONG has none: home is set above sea level, all else is relative to it.
     """
 
     command: int
     params: tuple[float, float, float, float, float, float, float]
     peer: Peer
-    target: Peer
     frame: int
 
     @classmethod
@@ -51,11 +49,10 @@ class Order:
                 return None
         params = (message.param1, message.param2, message.param3, message.param4, p5, p6, p7)
         peer = (message.get_srcSystem(), message.get_srcComponent())
-        target = (message.target_system, message.target_component)
         sets_home = message.command == mavlink.MAV_CMD_DO_SET_HOME
         unsaid = mavlink.MAV_FRAME_GLOBAL if sets_home else mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT
         frame = getattr(message, "frame", unsaid)
-        return cls(message.command, params, peer, target, frame)
+        return cls(message.command, params, peer, frame)
 
     def whole(self, number: int) -> int:
         """Parameter p1 … p7 as a whole number; −1 where it is none."""
@@ -107,23 +104,21 @@ class Services:
         self._text_id = self._text_id % 65535 + 1
         return status_texts(severity, text, self._text_id)
 
-    def receive(self, message: Message, now_s: float, own: int) -> list[Message]:
-        """Answer a message, if it is for this vehicle and one of these.
+    def receive(self, message: Message, now_s: float) -> list[Message]:
+        """Answer a message for this vehicle, if it is one of these.
 
         Args:
             message: Any.
             now_s: Since boot.
-            own: The vehicle's system id.
         """
-        target = getattr(message, "target_system", 0)
         match message:
             case mavlink.MAVLink_timesync_message():
                 return [] if message.tc1 != 0 else [mavlink.MAVLink_timesync_message(int(now_s * 1e9), message.ts1)]
-            case mavlink.MAVLink_ping_message() if target == 0:
+            case mavlink.MAVLink_ping_message():
+                if message.target_system != 0:
+                    return []
                 peer = (message.get_srcSystem(), message.get_srcComponent())
                 return [mavlink.MAVLink_ping_message(message.time_usec, message.seq, *peer)]
-            case _ if target != own:
-                return []
             case mavlink.MAVLink_file_transfer_protocol_message():
                 return [_ftp_refusal(message)]
             case _:

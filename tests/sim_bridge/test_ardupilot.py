@@ -254,8 +254,9 @@ def test_a_lost_item_is_asked_for_every_second_for_eight_seconds_then_the_upload
 
 def test_more_than_650_items_have_no_space():
     gs = station()
-    (ack,) = gs.send(mavlink.MAVLink_mission_count_message(1, 1, 651, MISSIONS))
+    ack, _ = gs.send(mavlink.MAVLink_mission_count_message(1, 1, 651, MISSIONS))
     assert ack.type == mavlink.MAV_MISSION_NO_SPACE
+    assert "Only 650 items are supported" in gs.said
     assert upload(gs, [item(seq) for seq in range(650)]) == mavlink.MAV_MISSION_ACCEPTED
 
 

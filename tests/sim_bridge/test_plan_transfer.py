@@ -6,12 +6,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from sim_bridge.ardupilot.plans import ARDUPILOT_MANNERS
+from sim_bridge.ardupilot.plan_transfer import PlanTransfer as ArduPilotTransfer
+from sim_bridge.ardupilot.plans import kept
 from sim_bridge.channel import Channel, Quality
 from sim_bridge.codec import Codec
-from sim_bridge.px4.plans import PX4_MANNERS
+from sim_bridge.px4.plan_transfer import PlanTransfer as Px4Transfer
 from sim_bridge.vehicle.plan_items import Item
-from sim_bridge.vehicle.plan_storage import Manners, PlanStorage
+from sim_bridge.vehicle.plan_storage import PlanStorage
 from tests.sim_bridge.ground_station import TICK_S, mavlink
 
 MISSION = mavlink.MAV_MISSION_TYPE_MISSION
@@ -27,8 +28,8 @@ def items(count: int) -> list[Item]:
 class Uploader:
     """A client as the protocol describes it: answers requests, and asks again when nothing comes."""
 
-    def __init__(self, manners: Manners, plan: list[Item], quality: Quality, seed: int) -> None:
-        self.storage = PlanStorage(manners)
+    def __init__(self, storage: PlanStorage, plan: list[Item], quality: Quality, seed: int) -> None:
+        self.storage = storage
         self.storage.plans[MISSION] = list(OLD)
         self.plan = plan
         self.verdict: int | None = None
@@ -85,7 +86,7 @@ lines = st.builds(
 @settings(max_examples=60, deadline=None)
 @given(lines, st.integers(1, 25), st.integers(0, 999))
 def test_a_plan_that_px4_accepts_is_whole_and_one_that_it_does_not_leaves_the_old_one(quality, count, seed):
-    client = Uploader(PX4_MANNERS, items(count), quality, seed)
+    client = Uploader(Px4Transfer(), items(count), quality, seed)
     client.run(60.0)
     stored = [(item.latitude_e7, item.longitude_e7, item.altitude_m) for item in client.storage.mission]
     sent = [(item.latitude_e7, item.longitude_e7, item.altitude_m) for item in client.plan]
@@ -95,11 +96,11 @@ def test_a_plan_that_px4_accepts_is_whole_and_one_that_it_does_not_leaves_the_ol
         assert stored in (sent, [(1, 2, 3.0)])
 
 
-@pytest.mark.parametrize("manners", [PX4_MANNERS, ARDUPILOT_MANNERS], ids=["px4", "ardupilot"])
-def test_on_a_good_line_every_upload_succeeds(manners):
+@pytest.mark.parametrize("transfer", [Px4Transfer, ArduPilotTransfer], ids=["px4", "ardupilot"])
+def test_on_a_good_line_every_upload_succeeds(transfer):
     chance = random.Random(0)
     for count in (1, 2, 17, 200):
-        client = Uploader(manners, items(count), Quality(delay_s=0.02), chance.randrange(1000))
+        client = Uploader(transfer(), items(count), Quality(delay_s=0.02), chance.randrange(1000))
         client.run(60.0)
         assert client.verdict == mavlink.MAV_MISSION_ACCEPTED
         assert [item.altitude_m for item in client.storage.mission] == [item.altitude_m for item in client.plan]
@@ -107,13 +108,13 @@ def test_on_a_good_line_every_upload_succeeds(manners):
 
 @pytest.mark.parametrize("seed", range(10))
 def test_with_a_fifth_lost_px4_still_takes_twenty_items(seed):
-    client = Uploader(PX4_MANNERS, items(20), Quality(loss=0.2, delay_s=0.05), seed)
+    client = Uploader(Px4Transfer(), items(20), Quality(loss=0.2, delay_s=0.05), seed)
     client.run(60.0)
     assert client.verdict == mavlink.MAV_MISSION_ACCEPTED
 
 
 def test_an_upload_that_ardupilot_gave_up_leaves_the_first_new_items_in_the_old_plan():
-    storage, codec = PlanStorage(ARDUPILOT_MANNERS), Codec(245, 190)
+    storage, codec = ArduPilotTransfer(), Codec(245, 190)
     storage.plans[MISSION] = items(3)
 
     def send(message, now_s: float) -> list:
@@ -129,4 +130,4 @@ def test_an_upload_that_ardupilot_gave_up_leaves_the_first_new_items_in_the_old_
 
 def test_of_a_waypoint_copter_keeps_the_delay_alone():
     sent = Item(mavlink.MAV_CMD_NAV_WAYPOINT, mavlink.MAV_FRAME_GLOBAL_RELATIVE_ALT, (3.0, 2.0, 1.0, 90.0), 1, 2, 10.0)
-    assert ARDUPILOT_MANNERS.kept(mavlink.MAV_MISSION_TYPE_MISSION, sent).params == (3.0, 0.0, 0.0, 0.0)
+    assert kept(mavlink.MAV_MISSION_TYPE_MISSION, sent).params == (3.0, 0.0, 0.0, 0.0)
