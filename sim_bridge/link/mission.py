@@ -2,7 +2,11 @@
 
 An accepted upload proves nothing: PX4 accepts latitude 95 and a fence that does not hold its home, and says so in a
 text afterwards or not at all; ArduPilot stores in its own frame and rounds. So everything is read back and compared,
-and after a fence the vehicle's words are listened to.
+and after a fence the vehicle's words are listened to. PX4 judges a fence only where it is another than the one it
+holds: it is cleared first.
+
+A transfer that failed is tried again after a silence: PX4 drops what is left of one five seconds after the last word,
+and takes every word before that for part of it; ArduPilot drops another station's after eight.
 """
 
 from __future__ import annotations
@@ -12,6 +16,7 @@ import math
 import time
 from collections.abc import Callable, Sequence
 
+from mavsdk.plugins.geofence import Geofence, GeofenceError
 from mavsdk.plugins.mission_raw import MissionItem, MissionRaw, MissionRawError
 from pymavlink.dialects.v20 import common as mavlink
 
@@ -25,7 +30,14 @@ _SAME_M = 0.1
 _SAME_PARAM = 0.02
 _LISTEN_S = 1.0
 _TRIES = 5
+_PX4_DROPS_AFTER_S = 5.5
+_ARDUPILOT_DROPS_ANOTHERS_AFTER_S = 8.5
 _PAUSE_S = 0.3
+_PASSING = ("BUSY", "DENIED", "ERROR", "INVALID_SEQUENCE", "PROTOCOL_ERROR", "TIMEOUT", "TRANSFER_CANCELLED", "UNKNOWN")
+"""What another try may do away with."""
+_HELD_UP = (
+    f", {_TRIES} times; another ground station may be in the middle of a transfer: let it end, or restart the vehicle"
+)
 _PLACES = (
     mavlink.MAV_CMD_NAV_WAYPOINT,
     mavlink.MAV_CMD_NAV_TAKEOFF,
@@ -79,11 +91,18 @@ def upload_fence(
         LinkError: It was refused, read back differently, or the vehicle says that it does not hold.
     """
     raw = MissionRaw(link.system)
+
+    def send(packed: list[MissionItem]) -> None:
+        # Clearing is acknowledged to whom PX4 talked with last: reading first makes that us.
+        if link.autopilot is Autopilot.PX4 and raw.download_geofence():
+            Geofence(link.system).clear_geofence()
+        raw.upload_geofence(packed)
+
     items = _ring(mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_INCLUSION, inclusion)
     for polygon in exclusions:
         items += _ring(mavlink.MAV_CMD_NAV_FENCE_POLYGON_VERTEX_EXCLUSION, polygon)
     began_s = time.monotonic()
-    _upload(link, "fence", items, mavlink.MAV_MISSION_TYPE_FENCE, raw.upload_geofence, raw.download_geofence)
+    _upload(link, "fence", items, mavlink.MAV_MISSION_TYPE_FENCE, send, raw.download_geofence)
     time.sleep(_LISTEN_S)
     said = [text for text in link.texts_since(began_s) if _complains(text)]
     if said:
@@ -145,13 +164,21 @@ def _round_trip(
     try:
         send(items)
         return fetch()
-    except MissionRawError as error:
-        if tries > 1:
-            # The vehicle gives up a transfer by itself; one on top of it would meet its leftovers.
-            time.sleep(_PAUSE_S)
+    except (MissionRawError, GeofenceError) as error:
+        passing = error.result.name in _PASSING
+        if passing and tries > 1:
+            time.sleep(_silence_s(link.autopilot, error))
             return _round_trip(link, what, items, send, fetch, tries - 1)
         words, said = error.result.name.lower().replace("_", " "), link.last_words()
-        raise LinkError(f"the {what} was not taken: {words}" + (f' ("{said}")' if said else "")) from error
+        reason = f"the {what} was not taken: {words}" + (f' ("{said}")' if said else "")
+        raise LinkError(reason + (_HELD_UP if passing else "")) from error
+
+
+def _silence_s(autopilot: Autopilot, error: MissionRawError | GeofenceError) -> float:
+    """How long to say nothing before the next try."""
+    if autopilot is Autopilot.PX4:
+        return _PX4_DROPS_AFTER_S
+    return _ARDUPILOT_DROPS_ANOTHERS_AFTER_S if error.result.name == "DENIED" else _PAUSE_S
 
 
 def _packed(item: Item, number: int, kind: int, link: Link) -> MissionItem:
