@@ -36,7 +36,7 @@ class Commander:
         self._ready_after_s = ready_after_s
         self._fence = FenceWatch()
         self._load_fence()
-        self.navigator = Navigator(body, services.parameters, self._inside_fence)
+        self.navigator = Navigator(body, services.parameters, services.storage, self._inside_fence)
         self.now_s = 0.0
         """Since boot; set before anything else is asked."""
         self.refusal = ""

@@ -39,6 +39,8 @@ PARAMETERS: dict[str, float] = {
     "LAND_SPEED_HIGH": 0,
     "PILOT_SPEED_DN": 0,
     "PILOT_SPEED_UP": 250,
+    "RALLY_INCL_HOME": 1,
+    "RALLY_LIMIT_KM": 0.3,
     "RTL_ALT": 1500,
     "RTL_CONE_SLOPE": 3.0,
     "RTL_LOIT_TIME": 5000,

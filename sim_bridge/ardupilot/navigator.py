@@ -11,11 +11,12 @@ from sim_bridge.codec import mavlink
 from sim_bridge.state import Vector
 from sim_bridge.vehicle import guidance
 from sim_bridge.vehicle.body import Body
-from sim_bridge.vehicle.guidance import Landing, Leg, ReturnHome
+from sim_bridge.vehicle.guidance import Landing, Leg, Return
 from sim_bridge.vehicle.kinematics import Target
 from sim_bridge.vehicle.mission_execution import Course, MissionRun
 from sim_bridge.vehicle.parameters import Parameters
 from sim_bridge.vehicle.plan_items import Item
+from sim_bridge.vehicle.plan_storage import PlanStorage
 
 _CENTI = 0.01
 _SPOOL_UP_S = 1.0
@@ -31,12 +32,17 @@ class Navigator:
     Args:
         body: Of the vehicle.
         parameters: Of its autopilot.
+        storage: Its plans.
         allowed: Whether a place lies inside the fence.
     """
 
-    def __init__(self, body: Body, parameters: Parameters, allowed: Callable[[Vector], bool]) -> None:
+    def __init__(
+        self, body: Body, parameters: Parameters, storage: PlanStorage, allowed: Callable[[Vector], bool]
+    ) -> None:
         self._body = body
         self._parameters = parameters
+        self._storage = storage
+        self._allowed = allowed
         self.guided = Guided(body, allowed)
         self.mission = MissionRun(FIRST_ITEM)
         self.sticks = False
@@ -46,7 +52,7 @@ class Navigator:
         self.speed_mps: float | None = None
         self._held = body.position_ned_m
         self._held_yaw_rad = body.rotor.yaw_rad
-        self._return: ReturnHome | None = None
+        self._return: Return | None = None
         self._armed_s = -math.inf
 
     def enter(self, mode: Mode) -> None:
@@ -140,13 +146,25 @@ class Navigator:
         self._held = self._body.stopping_place_ned_m(guidance.braking_mps2(self._body))
         self._held_yaw_rad = self._body.rotor.yaw_rad
 
-    def _new_return(self) -> ReturnHome:
-        """To RTL_ALT, within a cone over home where RTL_CONE_SLOPE asks for one, but never down first."""
+    def _new_return(self) -> Return:
+        """To RTL_ALT or the rally point's height, within RTL_CONE_SLOPE's cone over it, but never down first."""
         body, parameters = self._body, self._parameters
-        height = _CENTI * parameters["RTL_ALT"]
+        destination = self._destination()
+        height = max(_CENTI * parameters["RTL_ALT"], body.home_ned_m[2] - destination[2])
         if parameters["RTL_CONE_SLOPE"] > 0.0:
-            cone = max(parameters["RTL_CONE_SLOPE"] * body.distance_home_m(), _LOWEST_RETURN_M)
+            cone = max(parameters["RTL_CONE_SLOPE"] * body.distance_m(destination), _LOWEST_RETURN_M)
             height = min(height, cone)
         down = min(body.home_ned_m[2] - height, body.position_ned_m[2])
         speed = _CENTI * (parameters["RTL_SPEED"] or parameters["WPNAV_SPEED"])
-        return ReturnHome(body, down, speed, self._landing(), 1e-3 * parameters["RTL_LOIT_TIME"])
+        return Return(body, destination, down, speed, self._landing(), 1e-3 * parameters["RTL_LOIT_TIME"])
+
+    def _destination(self) -> Vector:
+        """Home, or the nearest rally point inside the fence, if it is nearer and within RALLY_LIMIT_KM."""
+        body, limit_m = self._body, 1e3 * self._parameters["RALLY_LIMIT_KM"]
+        home = body.home_ned_m
+        places = [body.local_ned(item.place(body.home_amsl_m)) for item in self._storage.rally]
+        nearest = min((place for place in places if self._allowed(place)), key=body.distance_m, default=home)
+        if 0.0 < limit_m < body.distance_m(nearest):
+            return home
+        nearer = not self._parameters["RALLY_INCL_HOME"] or body.distance_m(nearest) < body.distance_home_m()
+        return nearest if nearer else home

@@ -9,17 +9,20 @@ from sim_bridge.px4.modes import Mode
 from sim_bridge.state import GeodeticPoint, Vector
 from sim_bridge.vehicle import guidance
 from sim_bridge.vehicle.body import Body
-from sim_bridge.vehicle.guidance import Landing, Leg, ReturnHome
+from sim_bridge.vehicle.guidance import Landing, Leg, Return
 from sim_bridge.vehicle.kinematics import STILL, Target
 from sim_bridge.vehicle.mission_execution import Course, MissionRun
 from sim_bridge.vehicle.parameters import Parameters
 from sim_bridge.vehicle.plan_items import Item
+from sim_bridge.vehicle.plan_storage import PlanStorage
 
 TAKEN_OFF_WITHIN_M = 0.3
 SINKING_MPS = 0.5
 _SPOOL_UP_S = 1.0
 _REACHED_HEIGHT_M = 0.8
 _CLIMBS_ABOVE_M = 0.1
+# A rally point counts if it lies so far from home, and is so much nearer than anything else.
+_RALLY_BEYOND_M, _RALLY_NEARER_BY_M = 10.0, 2.0
 
 
 class Navigator:
@@ -28,11 +31,13 @@ class Navigator:
     Args:
         body: Of the vehicle.
         parameters: Of its autopilot.
+        storage: Its plans.
     """
 
-    def __init__(self, body: Body, parameters: Parameters) -> None:
+    def __init__(self, body: Body, parameters: Parameters, storage: PlanStorage) -> None:
         self._body = body
         self._parameters = parameters
+        self._storage = storage
         self.mission = MissionRun()
         self.sticks = False
         """Whether a pilot's sticks are there; without them a mode that follows sticks sinks."""
@@ -40,7 +45,7 @@ class Navigator:
         self.takeoff_down_m: float | None = None
         self._held = body.position_ned_m
         self._held_yaw_rad = body.rotor.yaw_rad
-        self._return: ReturnHome | None = None
+        self._return: Return | None = None
         self._armed_s = -math.inf
 
     def enter(self, mode: Mode) -> None:
@@ -51,7 +56,7 @@ class Navigator:
         self._return = None
         self.mission.pause()
         if mode is Mode.RETURN:
-            self._return = ReturnHome(body, self._return_down_m(), self._cruise(), self._landing())
+            self._return = self._new_return()
 
     def armed(self) -> None:
         """The motors start to turn."""
@@ -148,10 +153,25 @@ class Navigator:
     def _cruise(self) -> float:
         return self.cruise_mps or self._parameters["MPC_XY_CRUISE"]
 
-    def _return_down_m(self) -> float:
-        """NED z to return at: RTL_RETURN_ALT, but within a cone over home where RTL_CONE_ANG asks for one."""
+    def _new_return(self) -> Return:
+        destination = self._destination()
+        return Return(self._body, destination, self._return_down_m(destination), self._cruise(), self._landing())
+
+    def _destination(self) -> Vector:
+        """Home, or the rally point that is nearer; those right at home do not count."""
+        body = self._body
+        nearest, nearest_m = body.home_ned_m, body.distance_home_m()
+        for item in self._storage.rally:
+            place = body.local_ned(item.place(body.home_amsl_m))
+            beside_home = math.dist(place[:2], body.home_ned_m[:2]) <= _RALLY_BEYOND_M
+            if not beside_home and body.distance_m(place) + _RALLY_NEARER_BY_M < nearest_m:
+                nearest, nearest_m = place, body.distance_m(place)
+        return nearest
+
+    def _return_down_m(self, destination_ned_m: Vector) -> float:
+        """NED z to return at: RTL_RETURN_ALT, but within a cone over the destination where RTL_CONE_ANG asks for it."""
         body, parameters = self._body, self._parameters
-        distance, radius = body.distance_home_m(), parameters["NAV_ACC_RAD"]
+        distance, radius = body.distance_m(destination_ned_m), parameters["NAV_ACC_RAD"]
         height = parameters["RTL_RETURN_ALT"]
         if 0.0 < parameters["RTL_CONE_ANG"] < 90.0:
             if distance <= radius:
@@ -160,4 +180,4 @@ class Navigator:
                 if distance <= parameters["RTL_MIN_DIST"]:
                     height = min(height, distance / math.tan(math.radians(parameters["RTL_CONE_ANG"])))
                 height = max(height, 2.0 * radius)
-        return min(body.home_ned_m[2] - height, body.position_ned_m[2])
+        return min(destination_ned_m[2] - height, body.position_ned_m[2])

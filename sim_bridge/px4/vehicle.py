@@ -59,7 +59,7 @@ class Px4:
         wanted_s = self.body.config.ready_after_s
         self._clock.boot(boot_s)
         self._stream = Stream()
-        self._navigator = Navigator(self.body, self._parameters)
+        self._navigator = Navigator(self.body, self._parameters, self._storage)
         self._commander = Commander(
             self.body,
             self.services,

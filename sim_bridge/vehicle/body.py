@@ -128,10 +128,14 @@ class Body:
         """Home's height above sea level."""
         return self.origin.altitude_amsl_m - self.home_ned_m[2]
 
+    def distance_m(self, place_ned_m: Vector) -> float:
+        """Horizontal distance to a place, as believed."""
+        x, y, _ = self.position_ned_m
+        return math.hypot(x - place_ned_m[0], y - place_ned_m[1])
+
     def distance_home_m(self) -> float:
         """Horizontal distance to home, as believed."""
-        x, y, _ = self.position_ned_m
-        return math.hypot(x - self.home_ned_m[0], y - self.home_ned_m[1])
+        return self.distance_m(self.home_ned_m)
 
     def _in_truth(self, target: Target) -> Target:
         """What the controller, which knows the estimate only, makes the true vehicle do."""

@@ -1,4 +1,4 @@
-"""How autonomous modes move: along a line, up, down, home. From the body's state to a target for its controller."""
+"""How autonomous modes move: along a line, up, down, back. From the body's state to a target for its controller."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ BRAKING_SHARE = 0.5
 TURN_TOWARDS_BEYOND_M = 3.0
 _NEAR_M = 1.0
 _LEVEL_WITHIN_M = 1.0
-_OVER_HOME_M = 1.0
+_OVER_DESTINATION_M = 1.0
 _LANDING_FROM_M = 10.0
 
 
@@ -104,21 +104,30 @@ class Leg(enum.Enum):
     DESCEND = "descend"
 
 
-class ReturnHome:
-    """Up, over to home, and down.
+class Return:
+    """Up, over to a place to land at, and down.
 
     Args:
         body: Of the vehicle, at the moment the return begins.
+        destination_ned_m: Home or a rally point.
         down_m: NED z to cross at.
         cruise_mps: Speed on the way.
         landing: How it comes down.
-        loiter_s: How long it waits above home.
+        loiter_s: How long it waits above the destination.
     """
 
-    def __init__(self, body: Body, down_m: float, cruise_mps: float, landing: Landing, loiter_s: float = 0.0) -> None:
+    def __init__(
+        self,
+        body: Body,
+        destination_ned_m: Vector,
+        down_m: float,
+        cruise_mps: float,
+        landing: Landing,
+        loiter_s: float = 0.0,
+    ) -> None:
         x, y, _ = body.stopping_place_ned_m(braking_mps2(body))
         self._climb_to: Vector = (x, y, down_m)
-        self._above_home: Vector = (*body.home_ned_m[:2], down_m)
+        self._above: Vector = (*destination_ned_m[:2], down_m)
         self._cruise_mps = cruise_mps
         self._landing = landing
         self._loiter_s = loiter_s
@@ -133,12 +142,12 @@ class ReturnHome:
                 return climb(body, self._climb_to, body.rotor.limits.climb_mps, self._yaw_rad)
             self.leg = Leg.CROSS
         if self.leg is Leg.CROSS:
-            if not is_at(body, self._above_home, _OVER_HOME_M, math.inf):
-                return follow_line(body, self._climb_to, self._above_home, self._cruise_mps)
+            if not is_at(body, self._above, _OVER_DESTINATION_M, math.inf):
+                return follow_line(body, self._climb_to, self._above, self._cruise_mps)
             self.leg = Leg.LOITER
             self._arrived_s, self._yaw_rad = body.time_s, body.rotor.yaw_rad
         if self.leg is Leg.LOITER:
             if body.time_s - self._arrived_s < self._loiter_s:
-                return hold(self._above_home, self._yaw_rad)
+                return hold(self._above, self._yaw_rad)
             self.leg = Leg.DESCEND
-        return self._landing.target(body, self._above_home, self._yaw_rad)
+        return self._landing.target(body, self._above, self._yaw_rad)
