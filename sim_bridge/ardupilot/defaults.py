@@ -73,6 +73,7 @@ STREAMS: dict[int, tuple[int, ...]] = {
     mavlink.MAV_DATA_STREAM_EXTRA3: (
         mavlink.MAVLINK_MSG_ID_SYSTEM_TIME,
         mavlink.MAVLINK_MSG_ID_BATTERY_STATUS,
+        mavlink.MAVLINK_MSG_ID_ESTIMATOR_STATUS,
     ),
 }
 """What REQUEST_DATA_STREAM switches, by group."""

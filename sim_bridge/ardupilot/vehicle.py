@@ -36,6 +36,7 @@ _CENTI = 0.01
 _REBOOT_S = 3.0
 _POSITION_GAIN, _VELOCITY_GAIN, _INTEGRAL_GAIN = 1.0, 2.0, 1.0
 _RATES_HZ = {**dict.fromkeys(TELEMETRY, 0.0), **HEARTBEAT_HZ}
+_KNOWN = (*_RATES_HZ, mavlink.MAVLINK_MSG_ID_AUTOPILOT_VERSION)
 _SETPOINTS = (
     mavlink.MAVLink_set_position_target_local_ned_message,
     mavlink.MAVLink_set_position_target_global_int_message,
@@ -146,6 +147,7 @@ class ArduCopter:
         """Start anew: parameters and plans stay, everything else is forgotten."""
         flying = self.body.armed and not self.body.on_ground
         self.body.armed = self._crashed = False
+        self.body.start_anew()
         self._storage.forget_transfer()
         self.services.streams = Streams(HEARTBEAT_HZ)
         self._start(now_s + outage_s)
@@ -168,7 +170,19 @@ class ArduCopter:
         return runs and not self._crashed
 
     def _ordered(self, order: Order) -> list[Message]:
-        result, more = self.services.carry_out(order, self._clock.now_s, self._message) or self._orders.carry_out(order)
+        wanted = order.whole(1)
+        match order.command:
+            case mavlink.MAV_CMD_REQUEST_MESSAGE if wanted in _KNOWN:
+                asked = self._message(wanted)
+                result, more = _ACCEPTED, [] if asked is None else [asked]
+            case mavlink.MAV_CMD_REQUEST_MESSAGE:
+                result, more = _FAILED, []
+            case mavlink.MAV_CMD_SET_MESSAGE_INTERVAL if wanted not in _KNOWN:
+                more = self._commander.inform(f"No ap_message for mavlink id ({wanted})")
+                result = mavlink.MAV_RESULT_DENIED
+            case _:
+                served = self.services.carry_out(order, self._clock.now_s, self._message)
+                result, more = self._orders.carry_out(order) if served is None else served
         return [order.ack(result), *more]
 
     def _set_current(self, seq: int) -> Reply:

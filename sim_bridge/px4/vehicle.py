@@ -125,6 +125,7 @@ class Px4:
         """Start anew: parameters and plans stay, everything else is forgotten."""
         flying = self.body.armed and not self.body.on_ground
         self.body.armed = False
+        self.body.start_anew()
         self._storage.forget_transfer()
         self.services.streams = Streams(RATES_HZ)
         self._start(now_s + outage_s)

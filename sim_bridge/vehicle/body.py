@@ -107,6 +107,18 @@ class Body:
         """Home is where the vehicle believes to stand."""
         self.home_ned_m = self.position_ned_m
 
+    def start_anew(self) -> None:
+        """The estimator starts again: its map's origin is beside where the vehicle is now, and all is seen from there.
+
+        On the ground home is there too; in the air it stays the place that it was.
+        """
+        here, home = self.geodetic(self.rotor.position_ned_m), self.geodetic(self.home_ned_m)
+        height_m = self.rotor.height_m
+        self.origin = geodetic_from_local_ned(self.autopilot, ORIGIN_OFFSET_NED_M, here)
+        self.rotor.position_ned_m = self.local_ned(here)
+        self.rotor.ground_down_m = self.rotor.position_ned_m[2] + height_m
+        self.home_ned_m = self.position_ned_m if self.on_ground else self.local_ned(home)
+
     def stopping_place_ned_m(self, deceleration_mps2: float) -> Vector:
         """Where the vehicle comes to a stand from the speed it has."""
         x, y, z = self.position_ned_m

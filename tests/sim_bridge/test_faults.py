@@ -23,7 +23,7 @@ from sim_bridge.faults import (
 )
 from sim_bridge.state import FlightMode
 from tests.sim_bridge.ground_station import mavlink
-from tests.sim_bridge.line_client import HEIGHT_M, Client
+from tests.sim_bridge.line_client import GROUND, HEIGHT_M, Client
 
 both = pytest.mark.parametrize("autopilot", Autopilot, ids=lambda one: one.name.lower())
 
@@ -82,6 +82,29 @@ def test_a_reboot_in_the_air_starts_the_clock_anew_and_the_vehicle_lands_by_itse
     assert client.mode is FlightMode.LAND
     client.wait_for(lambda: not client.vehicle.body.armed, 80.0)
     assert client.height_m == pytest.approx(0.0, abs=0.01)
+
+
+@both
+def test_a_reboot_puts_the_origin_where_the_vehicle_is(autopilot):
+    client = Client(autopilot, [Reboot(begin_s=70.0, outage_s=0.5)])
+    client.fly()
+    client.hold_ned_m = (80.0, 0.0, client.hold_ned_m[2])
+    client.wait(69.5 - client.now_s)
+    before, home = client.vehicle.body.geodetic(), client.vehicle.body.geodetic(client.vehicle.body.home_ned_m)
+    client.hold_ned_m = None
+    client.wait(2.0)
+    command = mavlink.MAV_CMD_REQUEST_MESSAGE
+    assert client.command(command, mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN) == mavlink.MAV_RESULT_ACCEPTED
+    origin = client.all("GPS_GLOBAL_ORIGIN")[-1]
+    assert origin.latitude * 1e-7 == pytest.approx(before.latitude_deg, abs=2e-5)
+    assert origin.altitude * 1e-3 == pytest.approx(before.altitude_amsl_m, abs=3.0)
+    body = client.vehicle.body
+    assert body.geodetic().latitude_deg == pytest.approx(before.latitude_deg, abs=2e-5)
+    assert body.geodetic(body.home_ned_m).latitude_deg == pytest.approx(home.latitude_deg, abs=1e-6)
+    assert body.rotor.height_m < HEIGHT_M
+    client.wait(60.0)
+    assert body.rotor.height_m == pytest.approx(0.0, abs=0.01)
+    assert body.geodetic().altitude_amsl_m == pytest.approx(GROUND.altitude_amsl_m, abs=1.0)
 
 
 @both
