@@ -44,7 +44,7 @@ def read(datagram: bytes) -> list:
 def test_what_a_second_station_says_is_recorded_as_all_that_is_heard(autopilot):
     evening = Evening(autopilot, SecondStation(begin_s=1.0))
     kinds = {message.get_type() for message in evening.recorded}
-    assert kinds == {"HEARTBEAT", "MISSION_REQUEST_LIST", "COMMAND_LONG"}
+    assert kinds == {"HEARTBEAT", "MISSION_REQUEST_LIST", "MISSION_ACK", "COMMAND_LONG"}
     assert evening.answers
 
 
