@@ -41,7 +41,6 @@ WARM_POLISH = (Round(1.0, 60), Round(10.0, 60))
 # Of a search: the shape by the ergodic metric of its effort, which is where the polish is loose; then what finds most.
 SHAPE_POLISH = POLISH[:6]
 SEARCH_POLISH = tuple(Round(float(penalty), 60) for penalty in np.geomspace(1e-2, 10.0, 6))
-WARM_SEARCH_POLISH = (Round(0.1, 60), Round(1.0, 60), Round(10.0, 60))
 REPAIR = (Round(1.0, 60), Round(10.0, 60), Round(100.0, 60))
 # Shares of the time left, where it is short: what Stein steps may take of it, and then the polish, before repairs.
 STEIN_SHARE = 0.25
@@ -242,10 +241,10 @@ class _Work:
         finding = DetectionMetric.of(self.problem.search, self.problem.reach_m, samples)
         searching = dataclasses.replace(self.scene, metric=finding)
         if self.warm:
-            return [Stage(searching, WARM_SEARCH_POLISH, (), POLISH_SHARE)]
+            return [Stage(searching, WARM_POLISH, (), POLISH_SHARE)]
         return [
             Stage(self.scene, SHAPE_POLISH, HURRIED_POLISH, SHAPE_SHARE),
-            Stage(searching, SEARCH_POLISH, WARM_SEARCH_POLISH, POLISH_SHARE),
+            Stage(searching, SEARCH_POLISH, WARM_POLISH, POLISH_SHARE),
         ]
 
     def _repair(self, done_from: float, done_to: float) -> None:
