@@ -40,8 +40,17 @@ def listening(tell: Callable[[Operator], None], stream: TextIO = sys.stdin) -> I
     def listen() -> None:
         while not ended.is_set():
             ready, _, _ = select.select([number], [], [], _POLL_S)
-            # Not through the stream, whose buffer would swallow keys that select then waits for.
-            if ready and (wish := KEYS.get(os.read(number, 1).decode("ascii", "replace").lower())) is not None:
+            if not ready:
+                continue
+            try:
+                # Not through the stream, whose buffer would swallow keys that select then waits for.
+                key = os.read(number, 1)
+            except OSError:
+                return
+            if not key:
+                # The terminal is gone, and would be ready for ever.
+                return
+            if (wish := KEYS.get(key.decode("ascii", "replace").lower())) is not None:
                 tell(wish)
 
     tty.setcbreak(number)
@@ -52,4 +61,5 @@ def listening(tell: Callable[[Operator], None], stream: TextIO = sys.stdin) -> I
     finally:
         ended.set()
         thread.join(2.0 * _POLL_S)
-        termios.tcsetattr(number, termios.TCSADRAIN, before)
+        with contextlib.suppress(termios.error):
+            termios.tcsetattr(number, termios.TCSANOW, before)

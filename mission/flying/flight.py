@@ -23,10 +23,11 @@ from mission.checks import findings_for_flying
 from mission.executive.events import FlightMethod
 from mission.executive.executive import Executive
 from mission.executive.phases import Phase
-from mission.findings import InputError
+from mission.findings import Finding, InputError
 from mission.flying.belief import Belief
 from mission.flying.clock import FlightClock
 from mission.flying.connecting import SIM, vehicle_of
+from mission.flying.detached_watcher import DetachedWatcher
 from mission.flying.flight_folder import MISSION_NAME, draw_outputs, read_flight_folder
 from mission.flying.flight_log import read_flight_log
 from mission.flying.flight_loop import FlightLoop
@@ -120,7 +121,7 @@ def fly(planned: Planned, *, folder: Path | None = None, speed: float = 1.0, wat
     Raises:
         ValueError: There is nothing to fly, or the vehicle is one that can only be planned for.
         LinkError: The vehicle cannot be reached.
-        OSError: The folder cannot be written.
+        InputError: The folder cannot be written.
     """
     settings = settings_of(planned.mission, folder=folder or default_folder(planned.mission), speed=speed)
     return fly_planned(planned, settings, watcher or Watcher())
@@ -151,18 +152,13 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
     Raises:
         ValueError: There is nothing to fly, or the vehicle is one that can only be planned for.
         LinkError: The vehicle cannot be reached.
-        OSError: The folder cannot be written.
+        InputError: The folder cannot be written.
     """
     mission, problem = planned.mission, planned.problem
     if reasons := findings_for_flying(mission):
         raise InputError(mission.name, reasons)
-    exploration = planned.plan.best.trajectory
-    recorder = Recorder(settings.folder, _header(planned, settings))
-    files: list[Path] = []
-    if not settings.resumed:
-        write_durably(settings.folder / MISSION_NAME, json.dumps(mission.model_dump(mode="json", exclude_none=True)))
-        files = write_outputs(planned, settings.folder)
-    recorder.course(0.0, exploration, "resumed" if settings.resumed else "plan")
+    recorder, files = _begun(planned, settings)
+    watcher = DetachedWatcher(watcher)
     replanner = Replanner() if mission.replanning.enabled and settings.method is FlightMethod.OFFBOARD else None
     rate = settings.speed if settings.link == SIM else 1.0
     clock = FlightClock(time.monotonic(), rate)
@@ -198,6 +194,9 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
                 streamer.close()
                 gaps_s = np.array(link.setpoint_gaps_s())
                 reboots, refused = link.reboots, link.refused_messages
+    except BaseException:
+        watcher.close()
+        raise
     finally:
         if replanner is not None:
             replanner.close()
@@ -227,7 +226,27 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
     return Flown(outcome_of(executive), loop.interrupted, summary, settings.folder, tuple(map(str, files)))
 
 
-def _prepare(link: Link, planned: Planned, settings: FlightSettings, aloft: bool) -> int | None:
+def _begun(planned: Planned, settings: FlightSettings) -> tuple[Recorder, list[Path]]:
+    """The flight's folder with all that is known before it: the log, and the files that were written.
+
+    Raises:
+        InputError: The folder cannot be written.
+    """
+    mission, folder = planned.mission, settings.folder
+    try:
+        recorder = Recorder(folder, _header(planned, settings))
+        files: list[Path] = []
+        if not settings.resumed:
+            write_durably(folder / MISSION_NAME, json.dumps(mission.model_dump(mode="json", exclude_none=True)))
+            files = write_outputs(planned, folder)
+        recorder.course(0.0, planned.plan.best.trajectory, "resumed" if settings.resumed else "plan")
+    except OSError as error:
+        finding = Finding("--out", str(folder), f"cannot be written: {error.strerror or error}; give another folder")
+        raise InputError(str(folder), [finding]) from error
+    return recorder, files
+
+
+def _prepare(link: Link, planned: Planned, settings: FlightSettings) -> int | None:
     """What must be done before arming, uploads above all; the number of the last waypoint of an uploaded mission.
 
     A mission uploaded to a vehicle that is flying one would be flown at once, whoever has the vehicle: what remains of
@@ -289,7 +308,10 @@ def _without_long_pauses() -> Iterator[None]:
 
 @contextlib.contextmanager
 def _interrupting(loop: FlightLoop) -> Iterator[None]:
-    """Ctrl-C and a polite kill tell the flight to come back, instead of ending the process in the air."""
+    """Ctrl-C and a polite kill tell the flight to come back, instead of ending the process in the air.
+
+    A terminal that goes away (a dropped connection to this computer) says nothing about the flight: it goes on.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
@@ -297,9 +319,11 @@ def _interrupting(loop: FlightLoop) -> Iterator[None]:
     def interrupt(_signal: int, _frame: FrameType | None) -> None:
         loop.interrupt()
 
-    before: dict[signal.Signals, Any] = {
-        number: signal.signal(number, interrupt) for number in (signal.SIGINT, signal.SIGTERM)
-    }
+    def hang_up(_signal: int, _frame: FrameType | None) -> None:
+        loop.hang_up()
+
+    handlers = {signal.SIGINT: interrupt, signal.SIGTERM: interrupt, signal.SIGHUP: hang_up}
+    before: dict[signal.Signals, Any] = {number: signal.signal(number, handler) for number, handler in handlers.items()}
     try:
         yield
     finally:

@@ -8,6 +8,7 @@ above all, runs in this one loop.
 from __future__ import annotations
 
 import concurrent.futures
+import contextlib
 import functools
 import queue
 import time
@@ -41,6 +42,7 @@ from mission.executive.phases import ON_COURSE, STREAMING, Phase
 from mission.flying.belief import Belief
 from mission.flying.clock import FlightClock
 from mission.flying.flight_progress import Progress, Watcher
+from mission.flying.last_orders import give_last_order
 from mission.flying.recorder import Recorder
 from mission.flying.replan_cycle import ReplanCycle
 from mission.flying.streamer import Streamer
@@ -117,6 +119,7 @@ class FlightLoop:
         self._noted_s = 0.0
         self._must_leave = False
         self._log_broken = False
+        self._hung_up = False
 
     def tell(self, event: Event) -> None:
         """Give the flight an event, from any thread."""
@@ -133,18 +136,44 @@ class FlightLoop:
         else:
             self.tell(Operator.LEAVE)
 
+    def hang_up(self) -> None:
+        """The terminal is gone: nobody called the flight back, so it flies on."""
+        self._hung_up = True
+
     @property
     def interrupted(self) -> bool:
         """Whether the operator interrupted it."""
         return self._interrupts > 0
 
     def run(self) -> None:
-        """Fly until the flight has ended."""
-        now_s = self._clock.now(time.monotonic())
-        self._receive(Connected(), now_s)
-        while not self.executive.finished:
-            self.step(_WAIT_HOST_S)
-        self._jobs.shutdown(wait=False, cancel_futures=True)
+        """Fly until the flight has ended; what breaks it off is raised once the vehicle has its last order."""
+        try:
+            self._receive(Connected(), self._clock.now(time.monotonic()))
+            while not self.executive.finished:
+                self.step(_WAIT_HOST_S)
+        except BaseException as error:
+            self._break_off(error)
+            raise
+        finally:
+            self._jobs.shutdown(wait=False, cancel_futures=True)
+
+    def _break_off(self, error: BaseException) -> None:
+        """Nothing here is to be relied on any more: end the stream and have the vehicle look after itself."""
+        now_s, phase = self._clock.now(time.monotonic()), self.executive.phase
+        text = f"the flight broke off while {phase.value}: {type(error).__name__}: {error}"
+
+        def told(done: CommandDone) -> None:
+            self._record_answer(done, self._clock.now(time.monotonic()))
+
+        for step in (
+            lambda: self._streamer.follow(None),
+            lambda: self._recorder.write("say", now_s, text=text, warning=True),
+            lambda: self._watcher.say(text, True),
+            lambda: give_last_order(self._link, phase, told),
+        ):
+            # What broke the flight off is raised; what fails on top of it must not keep the vehicle from its order.
+            with contextlib.suppress(Exception):
+                step()
 
     def step(self, wait_host_s: float) -> None:
         """Take in what was heard, waiting at most so long for the first of it, and let time pass."""
@@ -154,6 +183,9 @@ class FlightLoop:
             self._receive(Stalled(stalled), now_s)
         if self._streamer.failed:
             self._receive(StreamFailed(), self._clock.now(time.monotonic()))
+        if self._hung_up:
+            self._hung_up = False
+            self._act([Say("the terminal is gone: the flight goes on", True)], self._clock.now(time.monotonic()))
         self._watch_log()
         for timed in self._link.events(wait_host_s):
             self._hear(timed.event, timed.host_s)
@@ -170,9 +202,7 @@ class FlightLoop:
         if not isinstance(event, VehicleState):
             now_s = self._clock.now(host_s)
             if isinstance(event, CommandDone):
-                self._recorder.write(
-                    "answer", now_s, command=event.command.value, accepted=event.accepted, reason=event.reason
-                )
+                self._record_answer(event, now_s)
             elif isinstance(event, MissionProgress):
                 self._recorder.write("item", now_s, reached=event.reached, current=event.current)
             self._receive(event, now_s)
@@ -186,6 +216,9 @@ class FlightLoop:
         if executive.phase in (Phase.FOLLOWING, Phase.AUTO_MISSION) and event.position_age_s == 0.0:
             self._belief.fly(event.position_enu_m, now_s, event.yaw_enu_rad)
         self._receive(event, now_s)
+
+    def _record_answer(self, done: CommandDone, now_s: float) -> None:
+        self._recorder.write("answer", now_s, command=done.command.value, accepted=done.accepted, reason=done.reason)
 
     def _receive(self, event: Event, now_s: float) -> None:
         if isinstance(event, Checked) and event.exploration is not self.executive.exploration and event.exploration:

@@ -80,7 +80,8 @@ def read_push(source: str, text: str, mission: Mission, folder: Path) -> Push:
     """
     try:
         data = json.loads(text)
-    except (json.JSONDecodeError, RecursionError) as error:
+    except (ValueError, RecursionError) as error:
+        # Not only its decoding: a number of thousands of digits is a plain ValueError.
         raise InputError(source, [Finding("file", source, f"is not valid JSON: {error}")]) from error
     if not isinstance(data, dict):
         raise InputError(source, [Finding("file", type(data).__name__, 'must be an object: {"obstacle": [ … ]}')])

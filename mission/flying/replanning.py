@@ -118,8 +118,9 @@ def _serve(connection: Connection, solve: Solve) -> None:
     """The other process: asks for a request, answers it, until the line closes."""
     from mission.planning import keep_compiled
 
-    # Ctrl-C is for the flight, which still has a way to fly then.
+    # Ctrl-C is for the flight, which still has a way to fly then, and so is a terminal that goes away.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    signal.signal(signal.SIGHUP, signal.SIG_IGN)
     os.nice(_NICE)
     keep_compiled()
     while True:

@@ -98,9 +98,8 @@ def carry_out(planned: Planned, settings: FlightSettings, *, view: bool, as_json
 
     try:
         flown = fly_planned(planned, settings, watcher_for())
-    except OSError as error:
-        finding = Finding("--out", str(settings.folder), f"cannot be written: {error.strerror or error}")
-        raise refuse(InputError(str(settings.folder), [finding]), as_json) from error
+    except InputError as error:
+        raise refuse(error, as_json) from error
     except (LinkError, ValueError) as error:
         say(str(error))
         if as_json:

@@ -94,7 +94,8 @@ class Telemetry:
             case mavlink.MAVLink_local_position_ned_message():
                 return self._position_heard(message)
             case mavlink.MAVLink_attitude_message():
-                self._yaw_enu_rad = yaw_ned_from_enu(message.yaw)
+                if math.isfinite(message.yaw):
+                    self._yaw_enu_rad = yaw_ned_from_enu(message.yaw)
             case mavlink.MAVLink_sys_status_message():
                 self._status = message
                 self._charge.status(message, self.time_s)

@@ -3,6 +3,8 @@
 import contextlib
 import dataclasses
 import json
+import os
+import signal
 import threading
 import time
 
@@ -190,6 +192,22 @@ def test_an_interrupted_flight_comes_home_and_is_flown_on_later(planned, tmp_pat
     for corner in CORNERS:
         assert np.linalg.norm(log.position_m[log.exploring()] - corner, axis=1).min() < 1.0
     assert resumption(read_flight_folder(tmp_path / "flight")) is None
+
+
+def test_a_terminal_that_goes_away_does_not_end_a_flight(planned, tmp_path):
+    class Leaving(Notes):
+        """Its terminal is closed, and nothing can be written to it from then on."""
+
+        def say(self, text, warning):
+            super().say(text, warning)
+            if self._then is None:
+                raise BrokenPipeError(32, "Broken pipe")
+
+    notes = Leaving(Phase.FOLLOWING, lambda: os.kill(os.getpid(), signal.SIGHUP))
+    flown = fly_planned(planned(), settings(tmp_path), notes)
+    assert flown.outcome is Outcome.DONE
+    assert not flown.interrupted
+    assert any("the terminal is gone" in text for text in flown.summary["warnings"])
 
 
 def test_a_disk_that_fills_up_in_the_air_changes_nothing_but_the_log(planned, tmp_path):

@@ -1,4 +1,6 @@
-"""The loop of a flight: what Ctrl-C means, and jobs that break off."""
+"""The loop of a flight: what Ctrl-C means, jobs that break off, and the loop itself that does."""
+
+import time
 
 from types import SimpleNamespace
 
@@ -6,8 +8,11 @@ import pytest
 
 from mission.executive.events import Checked, FindWay, Goal, Operator, RunChecks, WayFound, Withdraw
 from mission.executive.phases import Phase
+from mission.flying.clock import FlightClock
 from mission.flying.flight_loop import FlightLoop
-from sim_bridge.state import FlightMode
+from mission.flying.flight_progress import Watcher
+from sim_bridge.link.inbox import Timed
+from sim_bridge.state import Command, CommandDone, FlightMode
 from tests.mission.rehearsed_flight import Flight
 
 
@@ -78,8 +83,84 @@ def test_where_somebody_else_has_the_vehicle_ctrl_c_leaves_it_to_them(phase):
     assert len(flight.vehicle.orders) == orders
 
 
-def test_what_the_executive_withdraws_is_withdrawn_from_the_link():
-    called = []
-    loop = FlightLoop(Flight().executive, SimpleNamespace(withdraw=lambda: called.append(True)), *[None] * 7)  # pyright: ignore[reportArgumentType]
-    loop._act([Withdraw()], 0.0)
-    assert called
+class Vehicle:
+    """Takes commands or refuses them, and answers."""
+
+    def __init__(self, refuses=()):
+        self.orders, self._refuses, self._answers = [], refuses, []
+
+    def request(self, command, altitude_m=None):
+        self.orders.append(command)
+        self._answers.append(CommandDone(command, command not in self._refuses, "denied"))
+
+    def events(self, timeout_s):
+        answers, self._answers = self._answers, []
+        return [Timed(time.monotonic(), answer) for answer in answers]
+
+
+class Notes:
+    """A stream, and a log, that only remember."""
+
+    def __init__(self):
+        self.followed, self.written = [], []
+
+    def follow(self, course):
+        self.followed.append(course)
+
+    def write(self, kind, time_s, **fields):
+        self.written.append(fields)
+
+
+def broken_off(executive, error, vehicle):
+    """A loop whose step fails."""
+    stream, log = Notes(), Notes()
+    loop = FlightLoop(executive, vehicle, FlightClock(time.monotonic()), stream, log, None, None, None, Watcher())
+
+    def step(wait_host_s):
+        raise error
+
+    loop.step = step
+    with pytest.raises(type(error)):
+        loop.run()
+    return stream, log
+
+
+def in_phase(phase):
+    flight = Flight()
+    if phase is Phase.OVERRIDDEN:
+        flight.exploring().vehicle.set_mode(FlightMode.PILOT, flight.now_s)
+    flight.run_to(phase)
+    return flight.executive
+
+
+@pytest.mark.parametrize(
+    ("phase", "orders"),
+    [
+        (Phase.WAITING_READY, []),
+        (Phase.ARMING, [Command.DISARM]),
+        (Phase.TAKING_OFF, [Command.LAND]),
+        (Phase.FOLLOWING, [Command.RETURN]),
+        (Phase.LANDING, [Command.LAND]),
+        (Phase.OVERRIDDEN, []),
+    ],
+)
+def test_a_loop_that_fails_ends_the_stream_and_gives_the_vehicle_its_last_order(phase, orders):
+    vehicle = Vehicle()
+    stream, log = broken_off(in_phase(phase), KeyError("unforeseen"), vehicle)
+    assert vehicle.orders == orders
+    assert stream.followed[-1] is None
+    assert any("KeyError: 'unforeseen'" in fields.get("text", "") for fields in log.written)
+
+
+def test_where_the_last_return_is_refused_the_vehicle_lands():
+    vehicle = Vehicle(refuses=(Command.RETURN,))
+    broken_off(in_phase(Phase.FOLLOWING), MemoryError(), vehicle)
+    assert vehicle.orders == [Command.RETURN, Command.LAND]
+
+
+def test_a_log_that_fails_too_does_not_keep_the_vehicle_from_its_last_order():
+    vehicle, executive = Vehicle(), in_phase(Phase.FOLLOWING)
+    loop = FlightLoop(executive, vehicle, FlightClock(time.monotonic()), None, None, None, None, None, Watcher())
+    with pytest.raises(AttributeError):
+        loop.run()
+    assert vehicle.orders == [Command.RETURN]

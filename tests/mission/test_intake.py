@@ -69,6 +69,11 @@ def test_broken_json_is_refused(mission, tmp_path):
         read_push("push.json", '{"obstacle": [', mission, tmp_path)
 
 
+def test_a_number_of_thousands_of_digits_is_refused(mission, tmp_path):
+    with pytest.raises(InputError, match="not valid JSON"):
+        read_push("push.json", '{"share": 1' + "0" * 5000 + "}", mission, tmp_path)
+
+
 def test_new_information_replaces_what_was_known_or_is_mixed_with_it(mission, tmp_path):
     problem = problem_from_mission(mission)
     gaussian = {"kind": "gaussians", "component": [{"mean_enu_m": [450.0, 450.0, 40.0], "std_m": [10.0, 10.0, 10.0]}]}

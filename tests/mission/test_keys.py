@@ -4,6 +4,8 @@ import io
 import os
 import pty
 import queue
+import threading
+import time
 
 from mission.executive.events import Operator
 from mission.keys import listening
@@ -20,6 +22,18 @@ def test_keys_are_heard_one_by_one_without_return():
                 assert heard.get(timeout=5.0) is wish
     assert heard.empty()
     os.close(ours)
+
+
+def test_a_terminal_that_goes_away_is_let_go_without_a_word():
+    ours, theirs = pty.openpty()
+    before = threading.active_count()
+    with os.fdopen(theirs, "r") as terminal, listening(lambda wish: None, terminal) as at_terminal:
+        assert at_terminal
+        os.close(ours)
+        until = time.monotonic() + 10.0
+        while threading.active_count() > before and time.monotonic() < until:
+            time.sleep(0.01)
+        assert threading.active_count() == before
 
 
 def test_where_there_is_no_terminal_nothing_is_listened_to():
