@@ -128,6 +128,22 @@ def mission_items(plan: PlanFile) -> tuple[MissionItem, ...]:
     return tuple(items)
 
 
+def item_times_s(plan: PlanFile) -> tuple[float, ...]:
+    """Time along the curve that has passed when an item is reached, for every item up to the last waypoint.
+
+    Raises:
+        ValueError: More items than the autopilot holds.
+    """
+    items, waypoints = mission_items(plan), iter(plan.waypoints)
+    last = max(number for number, item in enumerate(items) if item.command is Command.WAYPOINT)
+    passed_s, times_s = plan.waypoints[0].time_s, []
+    for item in items[: last + 1]:
+        if item.command is Command.WAYPOINT:
+            passed_s = next(waypoints).time_s
+        times_s.append(passed_s)
+    return tuple(times_s)
+
+
 def _yaw_deg(waypoint: PlannedWaypoint) -> float | None:
     """Clockwise from north, where it was planned; None: the autopilot looks where it goes."""
     if waypoint.yaw_enu_rad is None:

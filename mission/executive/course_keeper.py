@@ -160,6 +160,13 @@ class CourseKeeper:
         """Whether the course has come to a standstill."""
         return self.course is not None and self.course.stands(now_s)
 
+    def stands_at_start_of(self, trajectory: Trajectory) -> bool:
+        """Whether a curve begins where the course comes to a standstill."""
+        if self.course is None:
+            return False
+        start_m = trajectory.motion_at(trajectory.start_s).position_m
+        return float(np.abs(start_m - np.asarray(self.course.stop_position())).max()) < _SAME_PLACE_M
+
     def finished(self, now_s: float) -> bool:
         """Whether the course has come to its end."""
         return self.course is not None and self.course.finished(now_s)

@@ -58,7 +58,7 @@ class Assignment:
         max_yaw_rate_radps: How fast the nose may turn.
         max_climb_mps: How fast it climbs, for the time limit of the take-off.
         ready_timeout_s: How long to wait until the vehicle is ready to arm.
-        resumed: Whether it goes on with an earlier flight, whose vehicle may be in the air.
+        item_times_s: Curve time that has passed when an item of an uploaded mission is reached, up to the last waypoint.
     """
 
     exploration: Trajectory
@@ -69,7 +69,7 @@ class Assignment:
     max_yaw_rate_radps: float
     max_climb_mps: float
     ready_timeout_s: float = 180.0
-    resumed: bool = False
+    item_times_s: tuple[float, ...] = ()
 
 
 class Goal(enum.Enum):

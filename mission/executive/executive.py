@@ -212,9 +212,20 @@ class Executive:
         """Curve time of the exploration up to which it was flown."""
         if self.phase is Phase.FOLLOWING and self.course is not None:
             return min(self.course.at(now_s).curve_s, self.exploration.end_s)
-        if self._last_item and self._reached is not None and not self.explored:
-            return self.exploration.end_s * min(1.0, self._reached / self._last_item)
-        return self.exploration.end_s if self.explored else self._keeper.rejoin_s
+        if self.explored:
+            return self.exploration.end_s
+        return self._keeper.rejoin_s if (passed_s := self._passed_s()) is None else passed_s
+
+    def _passed_s(self) -> float | None:
+        """Curve time at the last item that a vehicle reached which flies an uploaded mission; None: it reached none."""
+        times_s, last, reached = self.assignment.item_times_s, self._last_item, self._reached
+        if last is None or reached is None or not times_s:
+            return None
+        # Autopilots count from different numbers, and the last waypoint is known to both.
+        index = min(max(reached - last + len(times_s) - 1, 0), len(times_s) - 1)
+        planned, flown = self.assignment.exploration, self.exploration
+        slower = flown.knot_interval_s / planned.knot_interval_s
+        return flown.start_s + (times_s[index] - planned.start_s) * slower
 
     def _fire(self, trigger: Trigger, now_s: float) -> bool:
         return self._machine.fire(trigger, now_s)
@@ -265,7 +276,7 @@ class Executive:
         course = self.course
         if course is None:
             return
-        if self.held_by_block and course.stands(now_s):
+        if self.held_by_block and course.stands(now_s) and self._keeper.stands_at_start_of(trajectory):
             self._keeper.begin_anew(trajectory, now_s)
             self._fire(Trigger.UNBLOCKED, now_s)
         elif self.phase is Phase.FOLLOWING and course.at(now_s).curve_s < trajectory.start_s:
@@ -275,9 +286,13 @@ class Executive:
             self._machine.say("a new plan came too late and was dropped")
 
     def _stalled(self, course: Course, now_s: float) -> None:
-        if self.phase in ON_COURSE:
+        if self.course is not None and self.course.legs is course.legs:
+            # Whatever the flight did meanwhile: there the stream stands.
             self._keeper.course = course
+        if self.phase in ON_COURSE:
             self._fire(Trigger.STALLED, now_s)
+        elif self.phase in GOAL:
+            self._machine.seek_way(now_s)
         else:
             self._machine.stream()
 

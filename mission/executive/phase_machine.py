@@ -190,7 +190,7 @@ class PhaseMachine:
             case Phase.CHECKING | Phase.CHECKING_ALOFT:
                 self.act(RunChecks())
             case Phase.ENTERING | Phase.TAKING_BACK | Phase.TURNING_BACK:
-                self._seek_way(GOAL[phase], now_s)
+                self.seek_way(now_s)
             case Phase.TRANSIT | Phase.FOLLOWING | Phase.RETURNING:
                 self._go(now_s)
             case Phase.HOLDING | Phase.BLIND:
@@ -203,8 +203,9 @@ class PhaseMachine:
             case _:
                 pass
 
-    def _seek_way(self, goal: Goal, now_s: float) -> None:
-        keeper = self._keeper
+    def seek_way(self, now_s: float) -> None:
+        """Stand, and ask for a way from there to where the phase leads."""
+        keeper, goal = self._keeper, GOAL[self.phase]
         keeper.way = None
         if keeper.course is not None and self.stay.before in STREAMING:
             self._brake(now_s)

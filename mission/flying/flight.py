@@ -33,10 +33,12 @@ from mission.flying.flight_log import read_flight_log
 from mission.flying.flight_loop import FlightLoop
 from mission.flying.flight_progress import Watcher
 from mission.flying.flight_rules import assignment_of, energy_of, monitors_of
+from mission.flying.folder_claim import claimed
 from mission.flying.ground import Ground
 from mission.flying.intake import Intake
+from mission.flying.log_writer import write_durably
 from mission.flying.preflight import disk_problems
-from mission.flying.recorder import SUMMARY_NAME, Recorder, write_durably
+from mission.flying.recorder import SUMMARY_NAME, Recorder
 from mission.flying.replan_cycle import ReplanCycle, Schedule
 from mission.flying.replanning import Replanner
 from mission.flying.streamer import Streamer
@@ -141,6 +143,8 @@ def default_folder(mission: Mission) -> Path:
 def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) -> Flown:
     """Fly a plan, to the landed vehicle or its own safe mode.
 
+    Nobody else flies into its folder meanwhile.
+
     Args:
         planned: The mission and its plan, with something to fly.
         settings: How.
@@ -152,11 +156,16 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
     Raises:
         ValueError: There is nothing to fly, or the vehicle is one that can only be planned for.
         LinkError: The vehicle cannot be reached.
-        InputError: The folder cannot be written.
+        InputError: The folder cannot be written, or is another flight's.
     """
+    if reasons := findings_for_flying(planned.mission):
+        raise InputError(planned.mission.name, reasons)
+    with claimed(settings.folder, make=True):
+        return _flown(planned, settings, watcher)
+
+
+def _flown(planned: Planned, settings: FlightSettings, watcher: Watcher) -> Flown:
     mission, problem = planned.mission, planned.problem
-    if reasons := findings_for_flying(mission):
-        raise InputError(mission.name, reasons)
     recorder, files = _begun(planned, settings)
     watcher = DetachedWatcher(watcher)
     replanner = Replanner() if mission.replanning.enabled and settings.method is FlightMethod.OFFBOARD else None
@@ -169,7 +178,14 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
     loop: FlightLoop | None = None
     try:
         with vehicle_of(planned, settings.link, settings.speed, watcher, clock) as link:
-            streamer = Streamer(clock, mission.flight.stream_rate_hz, link.stream, link.close_stream, recorder.setpoint)
+            streamer = Streamer(
+                clock,
+                mission.flight.stream_rate_hz,
+                link.stream,
+                link.open_stream,
+                link.close_stream,
+                recorder.setpoint,
+            )
             cycle = None
             if replanner is not None:
                 cycle = ReplanCycle(replanner, belief, planned.options, _schedule(mission), planned.plan)
@@ -213,6 +229,7 @@ def fly_planned(planned: Planned, settings: FlightSettings, watcher: Watcher) ->
         "setpoint_gap_max_s": float(gaps_s.max()) if len(gaps_s) else None,
         "vehicle_reboots": reboots,
         "messages_refused": refused,
+        "log_lines_lost": recorder.lost_lines,
         "why": executive.why,
     }
     try:
@@ -234,12 +251,13 @@ def _begun(planned: Planned, settings: FlightSettings) -> tuple[Recorder, list[P
     """
     mission, folder = planned.mission, settings.folder
     try:
-        recorder = Recorder(folder, _header(planned, settings))
+        recorder = Recorder(folder, _header(planned, settings), goes_on=settings.resumed)
         files: list[Path] = []
         if not settings.resumed:
             write_durably(folder / MISSION_NAME, json.dumps(mission.model_dump(mode="json", exclude_none=True)))
             files = write_outputs(planned, folder)
-        recorder.course(0.0, planned.plan.best.trajectory, "resumed" if settings.resumed else "plan")
+        kept = recorder.keep(planned.plan.best.trajectory).result()
+        recorder.course(0.0, kept, "resumed" if settings.resumed else "plan")
     except OSError as error:
         finding = Finding("--out", str(folder), f"cannot be written: {error.strerror or error}; give another folder")
         raise InputError(str(folder), [finding]) from error

@@ -20,7 +20,7 @@ from typing import Any
 
 from mission.findings import Finding, InputError
 from mission.flying.flight_log import FlightLog, read_flight_log
-from mission.flying.intake import ANSWER_SUFFIX, INBOX, read_push, with_push
+from mission.flying.intake import ANSWER_SUFFIX, INBOX, PUSHED_SUFFIX, TAKEN_SUFFIX, read_push, with_push
 from mission.flying.recorder import SUMMARY_NAME
 from mission.loading import Document, mission_from_document
 from mission.mission_file import Mission
@@ -68,7 +68,9 @@ def read_flight_folder(path: Path) -> FlightFolder:
     problem = problem_from_mission(mission)
     for name in sorted(answer.stem for answer in (path / INBOX).glob(f"*{ANSWER_SUFFIX}")):
         if _json_in(path / INBOX / f"{name}{ANSWER_SUFFIX}").get("accepted"):
-            file = path / INBOX / f"{name}.json"
+            file = path / INBOX / f"{name}{TAKEN_SUFFIX}"
+            if not file.exists():
+                file = file.with_suffix(PUSHED_SUFFIX)
             push = read_push(file.name, file.read_text(encoding="utf-8"), mission, file.parent)
             mission, problem = with_push(mission, problem, push)
     candidates: tuple[Trajectory, ...] = ()
@@ -76,6 +78,10 @@ def read_flight_folder(path: Path) -> FlightFolder:
         plan = read_plan_file(path / PLAN_NAME)
         others = (entry for index, entry in enumerate(plan.candidates) if entry.feasible and index != plan.selected)
         candidates = tuple(entry.spline.trajectory() for entry in others)
+        began = plan.candidates[plan.selected].spline.trajectory()
+        if not log.courses or log.courses[0][1].start_s > began.start_s:
+            # What was flown first is what was planned, and stands here too.
+            log = dataclasses.replace(log, courses=((0.0, began), *log.courses))
     summary = _json_in(path / SUMMARY_NAME) if (path / SUMMARY_NAME).is_file() else None
     return FlightFolder(path, mission, problem, options_from_mission(mission), candidates, log, summary)
 

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import dataclasses
 import json
+import math
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -23,7 +25,7 @@ class FlightLog:
     """One flight, over all the times it was resumed.
 
     Attributes:
-        header: The first header.
+        header: The first header; empty where it is damaged.
         time_s: Flight clock of the telemetry, rising over resumptions, shape (time,).
         position_m: Shape (time, 3).
         velocity_mps: Shape (time, 3).
@@ -37,6 +39,7 @@ class FlightLog:
         setpoint_m: Shape (setpoint, 3).
         events: Every line that is neither telemetry nor a setpoint, in order.
         courses: The curves of the exploration, in order, with the flight clock at which each was taken.
+        skipped: What could not be read, in words.
     """
 
     header: dict[str, Any]
@@ -53,6 +56,7 @@ class FlightLog:
     setpoint_m: Float[np.ndarray, "setpoint 3"]
     events: tuple[dict[str, Any], ...]
     courses: tuple[tuple[float, Trajectory], ...]
+    skipped: tuple[str, ...] = ()
 
     def exploring(self) -> Bool[np.ndarray, "time"]:
         """Which samples of telemetry belong to the exploration."""
@@ -64,37 +68,106 @@ class FlightLog:
 
 
 def read_flight_log(folder: Path) -> FlightLog:
-    """Read a flight's log; a last line that a crash cut short is left out.
+    """Read a flight's log: whatever is sound in it, and what had to be skipped.
+
+    A kill tears a line, a power cut leaves zeros or takes a file, disks decay: none of it makes the rest worthless.
 
     Raises:
         InputError: The folder holds no log of this version.
     """
     path = folder / LOG_NAME
     try:
-        lines = path.read_text(encoding="utf-8").splitlines()
-    except (OSError, UnicodeDecodeError) as error:
+        lines = path.read_bytes().splitlines()
+    except OSError as error:
         raise _refused(folder, f"cannot be read ({error}): give the folder that a flight wrote") from error
     records: list[dict[str, Any]] = []
-    offset_s = 0.0
+    damaged: list[int] = []
+    offset_s = latest_s = before_s = 0.0
     for number, line in enumerate(lines, start=1):
-        try:
-            record = json.loads(line)
-        except json.JSONDecodeError as error:
-            if number == len(lines):
-                break
-            # A killed process leaves a torn line, and the resumed flight writes on behind it.
-            if number < len(lines) and '"kind":"header"' in line:
-                record = json.loads(line[line.index('{"kind":"header"') :])
-            else:
-                raise _refused(folder, f"line {number} is not JSON ({error.msg}): the log was changed") from error
-        if record.get("kind") == "header":
+        record = _record(line)
+        if record is None:
+            damaged.append(number)
+            # What a kill tore, and what was written behind it on the same line.
+            if (record := _record(line[max(line.rfind(_BEGINS), 0) :])) is None:
+                continue
+        if record["kind"] == "header":
             _check_header(folder, record)
-            offset_s = max((earlier["t"] for earlier in records), default=0.0)
-        record["t"] = float(record["t"]) + offset_s
+        if record["kind"] == "header" or record["t"] < before_s - _BACKWARDS_S:
+            offset_s = latest_s
+        before_s = record["t"]
+        record["t"] += offset_s
+        latest_s = max(latest_s, record["t"])
         records.append(record)
-    if not records or records[0].get("kind") != "header":
-        raise _refused(folder, "does not begin with a header: it is not a flight's log")
-    return _assembled(folder, records)
+    if not records:
+        raise _refused(folder, "holds nothing that a flight wrote: give the folder of a flight")
+    skipped = []
+    if damaged:
+        skipped = [f"{len(damaged)} damaged lines of {LOG_NAME}, the first of them line {damaged[0]}"]
+    return _assembled(folder, records, skipped)
+
+
+def _record(line: bytes) -> dict[str, Any] | None:
+    """A line of the log; None: it is damaged."""
+    try:
+        record = json.loads(line.decode("utf-8"))
+        for name, sound in {"kind": _text, "t": _number, **_FIELDS.get(record["kind"], {})}.items():
+            if not sound(record[name]):
+                return None
+    except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
+        return None
+    record["t"] = float(record["t"])
+    return record
+
+
+def _text(value: object) -> bool:
+    return isinstance(value, str)
+
+
+def _truth(value: object) -> bool:
+    return isinstance(value, bool)
+
+
+def _number(value: object) -> bool:
+    return isinstance(value, int | float) and math.isfinite(value)
+
+
+def _count(value: object) -> bool:
+    return isinstance(value, int)
+
+
+def _number_or_none(value: object) -> bool:
+    return value is None or _number(value)
+
+
+def _place(value: object) -> bool:
+    return isinstance(value, list) and len(value) == 3 and all(map(_number, value))
+
+
+def _place_or_none(value: object) -> bool:
+    return value is None or _place(value)
+
+
+_BEGINS = b'{"kind":"'
+# No two lines of one flight are that far apart backwards: there a flight was resumed whose header is damaged.
+_BACKWARDS_S = 10.0
+# What is read of each kind of line, and what it must be.
+_FIELDS: dict[str, dict[str, Callable[[object], bool]]] = {
+    "telemetry": {
+        "p": _place,
+        "v": _place,
+        "yaw": _number,
+        "target": _place_or_none,
+        "battery": _number_or_none,
+        "phase": _text,
+        "armed": _truth,
+    },
+    "setpoint": {"s": _number, "p": _place},
+    "course": {"number": _count, "origin": _text, "start_s": _number, "end_s": _number},
+    "phase": {"phase": _text},
+    "progress": {"explored_s": _number},
+    "say": {"text": _text, "warning": _truth},
+    "replan": {"taken": _truth, "reason": _text},
+}
 
 
 def _check_header(folder: Path, record: dict[str, Any]) -> None:
@@ -105,17 +178,25 @@ def _check_header(folder: Path, record: dict[str, Any]) -> None:
         )
 
 
-def _assembled(folder: Path, records: list[dict[str, Any]]) -> FlightLog:
+def _assembled(folder: Path, records: list[dict[str, Any]], skipped: list[str]) -> FlightLog:
     telemetry = [record for record in records if record["kind"] == "telemetry"]
     setpoints = [record for record in records if record["kind"] == "setpoint"]
     events = tuple(record for record in records if record["kind"] not in ("telemetry", "setpoint"))
-    courses = tuple(
-        (event["t"], read_course(folder / f"course-{event['number']:03d}.json"))
-        for event in events
-        if event["kind"] == "course"
-    )
+    courses: list[tuple[float, Trajectory]] = []
+    for event in events:
+        if event["kind"] != "course":
+            continue
+        try:
+            courses.append((event["t"], read_course(folder / f"course-{event['number']:03d}.json")))
+        except InputError as error:
+            skipped.append(f"course {event['number']} ({error.findings[0].advice})")
+            if event["origin"] == "slowed" and courses:
+                # The same path over more time, and what was told since counts in that time.
+                before = courses[-1][1]
+                factor = (event["end_s"] - event["start_s"]) / before.duration_s
+                courses.append((event["t"], before.slowed(factor)))
     return FlightLog(
-        header=records[0],
+        header=next((record for record in records if record["kind"] == "header"), {}),
         time_s=np.array([row["t"] for row in telemetry]),
         position_m=np.array([row["p"] for row in telemetry]).reshape(-1, 3),
         velocity_mps=np.array([row["v"] for row in telemetry]).reshape(-1, 3),
@@ -130,7 +211,8 @@ def _assembled(folder: Path, records: list[dict[str, Any]]) -> FlightLog:
         setpoint_curve_s=np.array([row["s"] for row in setpoints]),
         setpoint_m=np.array([row["p"] for row in setpoints]).reshape(-1, 3),
         events=events,
-        courses=courses,
+        courses=tuple(courses),
+        skipped=tuple(skipped),
     )
 
 

@@ -43,9 +43,10 @@ from mission.flying.belief import Belief
 from mission.flying.clock import FlightClock
 from mission.flying.flight_progress import Progress, Watcher
 from mission.flying.last_orders import give_last_order
-from mission.flying.recorder import Recorder
+from mission.flying.recorder import Kept, Recorder
 from mission.flying.replan_cycle import ReplanCycle
 from mission.flying.streamer import Streamer
+from planner.problem import Problem
 from planner.trajectory import Trajectory
 from sim_bridge.link.client import Link
 from sim_bridge.state import CommandDone, MissionProgress, VehicleState
@@ -113,6 +114,8 @@ class FlightLoop:
         self._ground = ground
         self._watcher = watcher
         self._inbox: queue.SimpleQueue[Event] = queue.SimpleQueue()
+        self._kept: queue.SimpleQueue[Callable[[float], None]] = queue.SimpleQueue()
+        self._keeping = False
         self._jobs = concurrent.futures.ThreadPoolExecutor(1, thread_name_prefix="checks")
         self._interrupts = 0
         self._shown_s = 0.0
@@ -120,6 +123,7 @@ class FlightLoop:
         self._must_leave = False
         self._log_broken = False
         self._hung_up = False
+        self._replans = True
 
     def tell(self, event: Event) -> None:
         """Give the flight an event, from any thread."""
@@ -177,10 +181,7 @@ class FlightLoop:
 
     def step(self, wait_host_s: float) -> None:
         """Take in what was heard, waiting at most so long for the first of it, and let time pass."""
-        if (stalled := self._streamer.renew()) is not None:
-            now_s = self._clock.now(time.monotonic())
-            self._recorder.write("stall", now_s)
-            self._receive(Stalled(stalled), now_s)
+        self._renew()
         if self._streamer.failed:
             self._receive(StreamFailed(), self._clock.now(time.monotonic()))
         if self._hung_up:
@@ -191,12 +192,23 @@ class FlightLoop:
             self._hear(timed.event, timed.host_s)
         now_s = self._clock.now(time.monotonic())
         while not self._inbox.empty():
-            self._receive(self._inbox.get(), now_s)
+            self._take_in(self._inbox.get(), now_s)
+        while not self._kept.empty():
+            self._kept.get()(now_s)
         for pushed in self._ground.pushed(self.executive, now_s):
             self._take_pushed(pushed, now_s)
+        self._renew()
         self._act(self.executive.tick(now_s), now_s)
         self._replan(now_s)
         self._show(now_s)
+
+    def _renew(self) -> None:
+        """Tell the stream that the flight is watched, before anything is decided by where its course would be."""
+        if (stalled := self._streamer.renew()) is None:
+            return
+        now_s = self._clock.now(time.monotonic())
+        self._recorder.write("stall", now_s)
+        self._act(self.executive.receive(Stalled(stalled), now_s), now_s)
 
     def _hear(self, event: Event, host_s: float) -> None:
         if not isinstance(event, VehicleState):
@@ -220,13 +232,34 @@ class FlightLoop:
     def _record_answer(self, done: CommandDone, now_s: float) -> None:
         self._recorder.write("answer", now_s, command=done.command.value, accepted=done.accepted, reason=done.reason)
 
+    def _take_in(self, event: Event, now_s: float) -> None:
+        """Take in what was told from another thread."""
+        slowed = event.exploration if isinstance(event, Checked) else None
+        if slowed is None or slowed is self.executive.exploration:
+            self._receive(event, now_s)
+        else:
+            self._fly_once_kept(slowed, functools.partial(self._take_slowed, event))
+
+    def _take_slowed(self, checked: Event, kept: Kept | None, error: str, now_s: float) -> None:
+        if kept is None:
+            checked = Checked((f"the slowed course cannot be put on the disk: {error}",))
+        else:
+            self._recorder.course(now_s, kept, "slowed")
+        self._receive(checked, now_s)
+
     def _receive(self, event: Event, now_s: float) -> None:
-        if isinstance(event, Checked) and event.exploration is not self.executive.exploration and event.exploration:
-            try:
-                self._recorder.course(now_s, event.exploration, "slowed")
-            except OSError as error:
-                event = Checked((f"the slowed course cannot be put on the disk: {error}",))
+        self._renew()
         self._act(self.executive.receive(event, now_s), now_s)
+
+    def _fly_once_kept(self, trajectory: Trajectory, then: Callable[[Kept | None, str, float], None]) -> None:
+        """Have a curve put on the disk, beside this loop; `then` is told when it is there, or why it is not."""
+
+        def done(future: concurrent.futures.Future[Kept]) -> None:
+            error = future.exception()
+            kept = future.result() if error is None else None
+            self._kept.put(functools.partial(then, kept, str(error)))
+
+        self._recorder.keep(trajectory).add_done_callback(done)
 
     def _act(self, actions: list[Action], now_s: float) -> None:
         for action in actions:
@@ -303,8 +336,11 @@ class FlightLoop:
 
     def _replan(self, now_s: float) -> None:
         cycle = self._cycle
-        if cycle is None:
+        if cycle is None or self._keeping:
             return
+        if cycle.lost and self._replans:
+            self._replans = False
+            self._act([Say(f"{cycle.lost}: the flight goes on without replans", True)], now_s)
         answered = cycle.poll(self.executive, now_s, must_leave=self._must_leave)
         if answered is not None:
             reply, verdict = answered
@@ -321,23 +357,30 @@ class FlightLoop:
                 staying_objective=_finite(verdict.staying_objective),
             )
             if verdict.trajectory is not None:
-                self._take(verdict.trajectory, now_s)
+                self._keeping = True
+                take = functools.partial(self._take, self._belief.problem)
+                self._fly_once_kept(verdict.trajectory, take)
+                return
         if self.executive.held_by_block and cycle.hopeless:
             self._act([Say("no way around what blocks the course", True)], now_s)
             self._receive(Operator.RETURN, now_s)
         if (request := cycle.ask(self.executive, now_s, self._clock.rate)) is not None:
             self._recorder.write("asked", now_s, number=request.number, switch_s=request.switch_s)
 
-    def _take(self, trajectory: Trajectory, now_s: float) -> None:
-        try:
-            self._recorder.course(now_s, trajectory, "replan")
-        except OSError as error:
+    def _take(self, known: Problem, kept: Kept | None, error: str, now_s: float) -> None:
+        """Fly a new plan that was proven against what was known, now that it is on the disk."""
+        self._keeping = False
+        if kept is None:
             # What is not on the disk could not be resumed from, so it is not flown.
             self._act([Say(f"a new plan is not flown, as it cannot be put on the disk: {error}", True)], now_s)
             return
+        if self._belief.problem is not known:
+            self._act([Say("a new plan is not flown: something was learned while it was put on the disk")], now_s)
+            return
         before = self.executive.exploration
-        self._receive(NewCourse(trajectory), self._clock.now(time.monotonic()))
+        self._receive(NewCourse(kept.trajectory), now_s)
         if self.executive.exploration is not before:
+            self._recorder.course(now_s, kept, "replan")
             self.replans_taken += 1
             self._must_leave = False
 

@@ -8,6 +8,8 @@ from mission.executive.events import Assignment, FlightEnd, FlightMethod
 from mission.executive.monitors import Energy, Monitors
 from mission.flying.belief import Belief
 from mission.mission_file import Mission
+from mission.mission_items import item_times_s
+from mission.plan_output import plan_file_of
 from mission.planning import Planned
 from mission.site.fence import autopilot_fence
 from planner.polygon import KeepIn
@@ -38,7 +40,7 @@ def assignment_of(planned: Planned, method: FlightMethod, resumed: bool = False)
         max_yaw_rate_radps=limits.max_yaw_rate_radps,
         max_climb_mps=limits.max_climb_mps,
         ready_timeout_s=mission.link.ready_timeout_s,
-        resumed=resumed,
+        item_times_s=item_times_s(plan_file_of(planned)) if method is FlightMethod.MISSION else (),
     )
 
 

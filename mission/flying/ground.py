@@ -87,10 +87,11 @@ class Ground:
         home = state.home_enu_m or state.position_enu_m
         reach = preflight.reach_of(planned, planned_fence(self.mission.site), home)
         settings = vehicle_settings.settings_of(self._link.autopilot, self._link.parameter, planned.limits, reach)
-        factor = vehicle_settings.slowing_factor(planned.limits, settings.limits)
         exploration = self._assignment.exploration
+        factor = vehicle_settings.slowing_factor(gate.inspect(exploration, planned), settings.limits)
         if factor > 1.0:
             exploration = exploration.slowed(factor)
+        if settings.limits != planned.limits:
             slower = dataclasses.replace(planned, limits=settings.limits, duration_s=planned.duration_s * factor)
             self._belief.problem = slower
         problems = list(settings.problems)

@@ -2,8 +2,8 @@
 
 A push is one JSON object with any of: `obstacle` and `no_fly` (as in the mission file; added to what is there),
 `information` (as in the mission file) with an optional `share` (how much of it against what is known, default 1:
-replaces it), and `command` ("pause", "resume", "return", "land"). Who pushes writes `inbox/NAME.json`; the flight
-answers with `inbox/NAME.answer`.
+replaces it), and `command` ("pause", "resume", "return", "land"). Who pushes writes `inbox/NAME.json`; the flight takes
+it by renaming it to `inbox/NAME.taken`, before which it can be withdrawn, and answers with `inbox/NAME.answer`.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from jaxtyping import Float
 from pydantic import Field, Strict, TypeAdapter, ValidationError
 
 from mission.findings import Finding, InputError
-from mission.flying.recorder import write_durably
+from mission.flying.log_writer import write_durably
 from mission.mission_file import Mission
 from mission.mission_file.errors import findings_from
 from mission.mission_file.information import Information
@@ -35,7 +35,10 @@ from planner.information import DensityGrid
 from planner.problem import Problem
 
 INBOX = "inbox"
+PUSHED_SUFFIX = ".json"
+TAKEN_SUFFIX = ".taken"
 ANSWER_SUFFIX = ".answer"
+_LOOKED_AT_S = 30.0
 _ROOT = "push"
 LARGEST_BYTES = 4_000_000
 """A push is data for one mission; more than this is a mistake."""
@@ -166,6 +169,9 @@ class Arrived:
 class Intake:
     """The inbox of a flight.
 
+    What lies there from before the flight began is taken in as far as it is knowledge; what somebody wanted of an
+    earlier flight is not done in this one.
+
     Args:
         folder: The flight's folder.
         mission: The mission pushes are for.
@@ -177,24 +183,42 @@ class Intake:
         self._mission = mission
         # What was answered before (by a flight that is now resumed) is not taken again.
         self._seen = {path.stem for path in self._inbox.glob(f"*{ANSWER_SUFFIX}")}
+        self._before = {path.stem for path in self._waiting()}
+
+    def _waiting(self) -> list[Path]:
+        """What is not answered, in the order of the names: pushed, or taken by a flight that ended over it."""
+        paths = [*self._inbox.glob(f"*{PUSHED_SUFFIX}"), *self._inbox.glob(f"*{TAKEN_SUFFIX}")]
+        return sorted((path for path in paths if path.stem not in self._seen), key=lambda path: path.stem)
 
     def arrived(self) -> list[Arrived]:
         """What came since the last call, in the order of the names."""
-        found = []
-        for path in sorted(self._inbox.glob("*.json")):
-            if path.stem in self._seen:
-                continue
-            self._seen.add(path.stem)
-            try:
-                if path.stat().st_size > LARGEST_BYTES:
-                    raise InputError(path.name, [Finding("file", path.name, f"is larger than {LARGEST_BYTES} bytes")])
-                text = path.read_text(encoding="utf-8")
-                found.append(Arrived(path.stem, read_push(path.name, text, self._mission, self._inbox)))
-            except (OSError, UnicodeDecodeError) as error:
-                found.append(Arrived(path.stem, None, f"{path.name} cannot be read: {error}"))
-            except InputError as error:
-                found.append(Arrived(path.stem, None, "; ".join(map(str, error.findings))))
-        return found
+        return [arrived for path in self._waiting() if (arrived := self._take(path)) is not None]
+
+    def _take(self, path: Path) -> Arrived | None:
+        """Take a file, so that who pushed it cannot withdraw it any more; None: it was withdrawn."""
+        taken = path.with_suffix(TAKEN_SUFFIX)
+        try:
+            path.replace(taken)
+        except FileNotFoundError:
+            return None
+        except OSError:
+            # Where names cannot be changed it is read where it lies.
+            taken = path
+        self._seen.add(path.stem)
+        try:
+            if taken.stat().st_size > LARGEST_BYTES:
+                raise InputError(path.name, [Finding("file", path.name, f"is larger than {LARGEST_BYTES} bytes")])
+            push = read_push(path.name, taken.read_text(encoding="utf-8"), self._mission, self._inbox)
+        except (OSError, UnicodeDecodeError) as error:
+            return Arrived(path.stem, None, f"{path.name} cannot be read: {error}")
+        except InputError as error:
+            return Arrived(path.stem, None, "; ".join(map(str, error.findings)))
+        if push.command is None or path.stem not in self._before:
+            return Arrived(path.stem, push)
+        known = push.model_copy(update={"command": None})
+        if not any(True for _ in known.findings()):
+            return Arrived(path.stem, known)
+        return Arrived(path.stem, None, f'"{push.command}" was meant for an earlier flight: push it again')
 
     def answer(self, arrived: Arrived, accepted: bool, reason: str) -> None:
         """Tell who pushed what became of it; on a full disk nobody is told, and the flight goes on."""
@@ -212,7 +236,7 @@ def push_into(folder: Path, file: Path, timeout_s: float = 10.0) -> dict[str, An
         timeout_s: How long to wait.
 
     Returns:
-        The answer: `accepted` and `reason`; None: nobody answered.
+        The answer: `accepted` and `reason`; None: nobody took it, and it is withdrawn.
 
     Raises:
         InputError: The folder has no inbox, so no flight writes there.
@@ -221,9 +245,21 @@ def push_into(folder: Path, file: Path, timeout_s: float = 10.0) -> dict[str, An
     inbox = folder / INBOX
     if not inbox.is_dir():
         raise InputError(str(folder), [Finding(INBOX, "", "is missing: give the folder of a flight under way")])
-    name = f"{time.time_ns()}-{file.stem}"
-    write_durably(inbox / f"{name}.json", file.read_text(encoding="utf-8"))
-    answer = inbox / f"{name}{ANSWER_SUFFIX}"
+    pushed = inbox / f"{time.time_ns()}-{file.stem}{PUSHED_SUFFIX}"
+    write_durably(pushed, file.read_text(encoding="utf-8"))
+    if (answer := _answer_to(pushed, timeout_s)) is not None:
+        return answer
+    try:
+        pushed.unlink()
+    except FileNotFoundError:
+        # A flight has just taken it, and answers when it has looked at it.
+        unanswered = {"accepted": False, "reason": "a flight took it and has not answered: look at what it does"}
+        return _answer_to(pushed, _LOOKED_AT_S) or unanswered
+    return None
+
+
+def _answer_to(pushed: Path, timeout_s: float) -> dict[str, Any] | None:
+    answer = pushed.with_suffix(ANSWER_SUFFIX)
     until_s = time.monotonic() + timeout_s
     while time.monotonic() < until_s:
         if answer.exists():

@@ -1,17 +1,19 @@
-"""The folder a flight leaves, written ahead of what it records.
+"""The folder a flight leaves: what happened, in order, and the curves that were flown.
 
 `log.jsonl` has one JSON object a line: a header with format and version, then what happened, in order, each with the
-flight clock `t` and this machine's monotonic clock `host`. A line is handed to the system before the flight acts on it,
-and plans are on the disk before they are flown: after a crash or a kill everything up to the last line is there
-(`mission.flying.flight_log` reads it back).
+flight clock `t` and this machine's monotonic clock `host`. Whoever records waits for nothing: lines are written on a
+thread of their own (`mission.flying.log_writer`) within moments, and are on the disk within a second. A curve is on the
+disk before it is flown, and has its line when it is. After a kill everything but the last moments is there, after a
+power cut everything but the last second (`mission.flying.flight_log` reads it back).
 
 A full disk does not end a flight: lines are lost and counted, and when there is room again the log goes on behind them.
 """
 
 from __future__ import annotations
 
+import concurrent.futures
+import dataclasses
 import json
-import os
 import threading
 import time
 from collections.abc import Mapping
@@ -19,6 +21,7 @@ from pathlib import Path
 from typing import Any
 
 from mission.executive.course import CoursePoint
+from mission.flying.log_writer import LogWriter, sync_folder, write_durably
 from planner.trajectory import Trajectory
 from sim_bridge.state import Setpoint, Vector, VehicleState
 
@@ -30,31 +33,49 @@ SUMMARY_NAME = "summary.json"
 JsonValue = Any
 
 
+@dataclasses.dataclass(frozen=True)
+class Kept:
+    """A curve that is on the disk.
+
+    Attributes:
+        number: Of its file.
+        trajectory: The curve.
+    """
+
+    number: int
+    trajectory: Trajectory
+
+
 class Recorder:
     """Writes the log of one flight.
 
     Args:
         folder: Where it goes; made if it is not there.
         header: What the header says besides format and version.
+        goes_on: Whether it goes on behind the log of an earlier flight; otherwise there must be none.
 
     Raises:
-        OSError: The folder cannot be written.
+        OSError: The folder cannot be written, or holds a flight already.
     """
 
-    def __init__(self, folder: Path, header: Mapping[str, JsonValue]) -> None:
+    def __init__(self, folder: Path, header: Mapping[str, JsonValue], *, goes_on: bool = False) -> None:
         folder.mkdir(parents=True, exist_ok=True)
+        sync_folder(folder.parent)
         self.folder = folder
         self._lock = threading.Lock()
-        # Unbuffered: a line is with the system when `write` returns, and what was not written is known.
-        self._file = (folder / LOG_NAME).open("ab", buffering=0)
-        self._torn = b""
-        self.lost_lines = 0
-        self.fault: OSError | None = None
-        self.plans = len(list(folder.glob("course-*.json")))
-        self.write("header", 0.0, format=FORMAT, version=VERSION, **header)
-        if self.fault is not None:
-            self._file.close()
-            raise self.fault
+        self._next_number = 1 + max((_number(path) for path in folder.glob("course-*.json")), default=-1)
+        first = _line("header", 0.0, {"format": FORMAT, "version": VERSION, **header})
+        self._writer = LogWriter(folder / LOG_NAME, first, goes_on=goes_on)
+
+    @property
+    def fault(self) -> OSError | None:
+        """Why the last line was not written; None: it was."""
+        return self._writer.fault
+
+    @property
+    def lost_lines(self) -> int:
+        """Lines that were not written."""
+        return self._writer.lost_lines
 
     def write(self, kind: str, time_s: float, **fields: JsonValue) -> None:
         """Record something that happened; where that fails, `fault` says why and `lost_lines` how often it did.
@@ -64,24 +85,7 @@ class Recorder:
             time_s: Flight clock.
             fields: Its particulars; finite numbers only.
         """
-        stamps = {"kind": kind, "t": round(time_s, 4), "host": round(time.monotonic(), 4)}
-        line = json.dumps({**stamps, **fields}, allow_nan=False, separators=(",", ":"))
-        with self._lock:
-            if not self._file.closed:
-                self._append(f"{line}\n".encode())
-
-    def _append(self, line: bytes) -> None:
-        data = self._torn + line
-        try:
-            written = self._file.write(data)
-        except OSError as error:
-            self.lost_lines += 1
-            self.fault = error
-            return
-        # A line that was cut short goes on where it was cut, or everything behind it could not be read.
-        self._torn = data[written:]
-        if not self._torn:
-            self.fault = None
+        self._writer.append(_line(kind, time_s, fields))
 
     def setpoint(self, time_s: float, point: CoursePoint, setpoint: Setpoint) -> None:
         """Record a setpoint as it leaves."""
@@ -113,56 +117,62 @@ class Recorder:
             target=None if target_m is None else _rounded(target_m),
         )
 
-    def course(self, time_s: float, trajectory: Trajectory, origin: str) -> int:
-        """Put a curve on the disk before it is flown.
+    def keep(self, trajectory: Trajectory) -> concurrent.futures.Future[Kept]:
+        """Put a curve on the disk, which must come before it is flown; an OSError says that it is not there."""
+        with self._lock:
+            number = self._next_number
+            self._next_number += 1
+        kept: concurrent.futures.Future[Kept] = concurrent.futures.Future()
+
+        def told(written: concurrent.futures.Future[None]) -> None:
+            if (error := written.exception()) is not None:
+                kept.set_exception(error)
+            else:
+                kept.set_result(Kept(number, trajectory))
+
+        path = self.folder / f"course-{number:03d}.json"
+        self._writer.do(lambda: write_durably(path, _curve(trajectory))).add_done_callback(told)
+        return kept
+
+    def course(self, time_s: float, kept: Kept, origin: str) -> None:
+        """Record that a curve is flown from now on.
 
         Args:
             time_s: Flight clock.
-            trajectory: The curve.
-            origin: Where it comes from: "plan", "replan".
-
-        Returns:
-            Its number.
-
-        Raises:
-            OSError: It is not on the disk.
+            kept: The curve, which is on the disk.
+            origin: Where it comes from: "plan", "resumed", "slowed", "replan".
         """
-        number = self.plans
-        self.plans += 1
-        curve: dict[str, JsonValue] = {
-            "control_points_enu_m": trajectory.control_points_m.tolist(),
-            "knot_interval_s": trajectory.knot_interval_s,
-            "start_s": trajectory.start_s,
-        }
-        if trajectory.heading_control_rad is not None:
-            curve["heading_control_enu_rad"] = trajectory.heading_control_rad.tolist()
-        write_durably(self.folder / f"course-{number:03d}.json", json.dumps(curve))
-        self.write("course", time_s, number=number, origin=origin, start_s=trajectory.start_s, end_s=trajectory.end_s)
-        return number
+        curve = kept.trajectory
+        self.write("course", time_s, number=kept.number, origin=origin, start_s=curve.start_s, end_s=curve.end_s)
+
+    def put(self, path: Path, text: str) -> concurrent.futures.Future[None]:
+        """Have another file written, without waiting for it."""
+        return self._writer.do(lambda: write_durably(path, text))
 
     def close(self) -> None:
         """End the log."""
-        with self._lock:
-            if not self._file.closed:
-                try:
-                    os.fsync(self._file.fileno())
-                except OSError as error:
-                    self.fault = error
-                self._file.close()
+        self._writer.close()
 
 
-def write_durably(path: Path, text: str) -> None:
-    """Write a file so that it is either whole or not there, also after a power cut.
+def _line(kind: str, time_s: float, fields: Mapping[str, JsonValue]) -> bytes:
+    stamps = {"kind": kind, "t": round(time_s, 4), "host": round(time.monotonic(), 4)}
+    return f"{json.dumps({**stamps, **fields}, allow_nan=False, separators=(',', ':'))}\n".encode()
 
-    Raises:
-        OSError: It is not there.
-    """
-    partial = path.with_name(path.name + ".partial")
-    with partial.open("w", encoding="utf-8") as file:
-        file.write(text)
-        file.flush()
-        os.fsync(file.fileno())
-    partial.replace(path)
+
+def _curve(trajectory: Trajectory) -> str:
+    curve: dict[str, JsonValue] = {
+        "control_points_enu_m": trajectory.control_points_m.tolist(),
+        "knot_interval_s": trajectory.knot_interval_s,
+        "start_s": trajectory.start_s,
+    }
+    if trajectory.heading_control_rad is not None:
+        curve["heading_control_enu_rad"] = trajectory.heading_control_rad.tolist()
+    return json.dumps(curve)
+
+
+def _number(path: Path) -> int:
+    digits = path.stem.removeprefix("course-")
+    return int(digits) if digits.isdecimal() else -1
 
 
 def _rounded(vector: Vector) -> list[float]:

@@ -82,6 +82,11 @@ class ReplanCycle:
         return self._replanner.warm or bool(self._replanner.lost)
 
     @property
+    def lost(self) -> str:
+        """Why nobody replans any more; empty: somebody does."""
+        return self._replanner.lost
+
+    @property
     def hopeless(self) -> bool:
         """Whether no way round a block will be found: none was, time and again, or nobody seeks one any more."""
         return bool(self._replanner.lost) or self._failed_while_held >= _FAILURES_WHILE_HELD

@@ -10,11 +10,13 @@ from __future__ import annotations
 import dataclasses
 import multiprocessing
 import os
+import queue
 import signal
 import threading
 import time
 from collections.abc import Callable
 from multiprocessing.connection import Connection
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -154,6 +156,7 @@ class Replanner:
         self._asked: Request | None = None
         self._asked_host_s = 0.0
         self._asking: threading.Thread | None = None
+        self._answers: queue.SimpleQueue[tuple[Any, ...] | Exception] = queue.SimpleQueue()
         self._solve_times_s: list[float] = []
         self._warm = False
         self.lost = ""
@@ -183,38 +186,45 @@ class Replanner:
         if self._asked is not None:
             raise ValueError("a replan is under way: poll until it is answered")
         self._asked, self._asked_host_s = request, time.monotonic()
-        # A problem has megabytes, and the pipe takes them as fast as the other side reads.
-        self._asking = threading.Thread(target=self._send, args=(request,), name="asking", daemon=True)
+        # Problem and plan have megabytes, and the pipe takes them as fast as the other side reads and writes.
+        self._asking = threading.Thread(target=self._converse, args=(request,), name="asking", daemon=True)
         self._asking.start()
 
-    def _send(self, request: Request) -> None:
+    def _converse(self, request: Request) -> None:
         try:
             self._connection.send(request)
-        except (BrokenPipeError, OSError) as error:
-            self.lost = self.lost or f"the replanning process is gone: {error}"
+            self._answers.put(self._connection.recv())
+        except Exception as error:  # noqa: BLE001 (what cannot be read of an answer is as good as none)
+            self._answers.put(error)
 
     def poll(self) -> Reply | None:
         """The answer, if it is there; a process that died or hangs is given up, which is an answer too."""
         if self._asked is not None and time.monotonic() - self._asked_host_s > HUNG_HOST_S:
             self.lost = f"the replanning process has not answered for {HUNG_HOST_S:.0f} s: it was ended"
             self._process.kill()
-        if self._asked is None or not (self.lost or self._connection.poll()):
+        if self._asked is None or (self._answers.empty() and not self.lost):
             return None
         asked, self._asked = self._asked, None
-        try:
-            reply = Reply(asked, *self._connection.recv())
-        except (EOFError, OSError):
-            self.lost = self.lost or f"the replanning process ended with code {self._process.exitcode}"
+        answered = EOFError() if self.lost else self._answers.get()
+        if isinstance(answered, Exception):
+            self.lost = self.lost or self._ended(answered)
             return Reply(asked, None, float("inf"), 0.0, self.lost)
+        reply = Reply(asked, *answered)
         if asked.number > 0:
             self._solve_times_s = [*self._solve_times_s[-(_REMEMBERED - 1) :], reply.solve_s]
         self._warm = True
         return reply
 
+    def _ended(self, error: Exception) -> str:
+        if not isinstance(error, EOFError | OSError):
+            return f"the replanning process answered what cannot be read ({type(error).__name__}: {error})"
+        self._process.join(0.0)
+        return f"the replanning process ended with code {self._process.exitcode}"
+
     def close(self) -> None:
         """End the process."""
         if self._asking is not None and self._asking.is_alive():
-            # It waits for somebody to read what is asked; without anybody it gives up.
+            # It waits for somebody to read what is asked, or to answer; without anybody it gives up.
             self._process.terminate()
             self._asking.join(5.0)
         self._connection.close()

@@ -2,6 +2,8 @@
 
 It reads the course from one slot and the flight clock from the host's monotonic one. If nobody renews the slot for half
 a second, whoever should watch the flight is stuck: it brakes along the course by itself and stands there, streaming.
+
+Nothing is sent or recorded behind its lock, so that following another course, or none, waits for neither.
 """
 
 from __future__ import annotations
@@ -30,17 +32,25 @@ class Streamer:
     Args:
         clock: The flight clock.
         rate_hz: Setpoints a flight second.
-        send: Sends one.
-        stop: Lets no setpoint out any more.
+        send: Sends one, if they are let out.
+        start: Lets setpoints out.
+        stop: Lets no setpoint out any more, whoever is sending one.
         record: Told of each one sent: flight clock, point of the course, setpoint.
     """
 
     def __init__(
-        self, clock: FlightClock, rate_hz: float, send: Send, stop: Callable[[], None], record: Record
+        self,
+        clock: FlightClock,
+        rate_hz: float,
+        send: Send,
+        start: Callable[[], None],
+        stop: Callable[[], None],
+        record: Record,
     ) -> None:
         self._clock = clock
         self._period_s = 1.0 / rate_hz
         self._send = send
+        self._start = start
         self._stop = stop
         self._record = record
         self._lock = threading.Lock()
@@ -54,12 +64,20 @@ class Streamer:
         self._thread.start()
 
     def follow(self, course: Course | None) -> None:
-        """Follow another course from the next setpoint on; None: send nothing more, at once."""
+        """Follow another course from the next setpoint on; None: send nothing more, at once.
+
+        A course that was braked on meanwhile is not taken up where it would be by now: `renew` first tells where it
+        stands.
+        """
+        if course is None:
+            self._stop()
+        elif self._course is None:
+            self._start()
         with self._lock:
-            self._course = course
+            if course is not None and self._stalled is not None and course.legs is self._stalled.legs:
+                return
+            self._course, self._stalled = course, None
             self._renewed_s = time.monotonic()
-            if course is None:
-                self._stop()
 
     def renew(self) -> Course | None:
         """Say that the flight is watched.
@@ -88,8 +106,7 @@ class Streamer:
         try:
             while not self._closed.is_set():
                 host_s = time.monotonic()
-                with self._lock:
-                    waits = not self._step(host_s)
+                waits = not self._step(host_s)
                 period_s = self._period_s / self._clock.rate
                 due_s = host_s + _AGAIN_SHARE * period_s if waits else max(due_s + period_s, host_s)
                 self._closed.wait(max(0.0, due_s - time.monotonic()))
@@ -100,18 +117,20 @@ class Streamer:
 
     def _step(self, host_s: float) -> bool:
         """Send a setpoint, if there is a course; False: the clock stands, so it is to be tried again soon."""
-        if self._course is None:
-            return True
         # A setpoint holds until the next one: what is sent is the middle of that time.
         now_s = self._clock.now(host_s) + 0.5 * self._period_s
-        if host_s - self._renewed_s > STALE_S and self._stalled is None:
-            self._course = self._stalled = self._course.braking(now_s)
+        with self._lock:
+            if self._course is None:
+                return True
+            if host_s - self._renewed_s > STALE_S and self._course.pace.target_rate > 0.0:
+                self._course = self._stalled = self._course.braking(now_s)
+            course = self._course
         if now_s - self._sent_s < 0.5 * self._period_s:
             # The clock waits for a simulator whose words have not come through yet; were it told to go on where it is,
             # it would run ahead of the course.
             return False
         self._sent_s = now_s
-        point = self._course.at(now_s)
+        point = course.at(now_s)
         setpoint = point.setpoint()
         self._send(setpoint)
         self._record(now_s, point, setpoint)

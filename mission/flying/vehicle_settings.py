@@ -10,7 +10,7 @@ import dataclasses
 import math
 from collections.abc import Callable
 
-from mission.flying import left_alone
+from planner.gate import RELATIVE_TOLERANCE, GateReport
 from planner.problem import Limits
 from sim_bridge.dialects import Autopilot
 from sim_bridge.link.commands import OWN_SYSTEM
@@ -123,15 +123,19 @@ def copter_settings(parameter: Parameter, wanted: Limits, reach: Reach) -> Setti
     return Settings(limits, tuple(problems), tuple(notes))
 
 
-def slowing_factor(planned: Limits, allowed: Limits) -> float:
-    """How many times slower a curve within the planned limits must be flown to keep to the allowed ones."""
-    return max(
+def slowing_factor(flown: GateReport, allowed: Limits) -> float:
+    """How many times slower a curve must be flown to keep to the allowed limits, by what was measured of it.
+
+    What it was planned with says less: one that was slowed down before, and is resumed, is slow enough.
+    """
+    factor = max(
         1.0,
-        planned.max_speed_mps / allowed.max_speed_mps,
-        planned.max_climb_mps / allowed.max_climb_mps,
-        planned.max_descent_mps / allowed.max_descent_mps,
-        math.sqrt(planned.max_acceleration_mps2 / allowed.max_acceleration_mps2),
+        flown.max_speed_mps / allowed.max_speed_mps,
+        flown.max_climb_mps / allowed.max_climb_mps,
+        flown.max_descent_mps / allowed.max_descent_mps,
+        math.sqrt(flown.max_acceleration_mps2 / allowed.max_acceleration_mps2),
     )
+    return 1.0 if factor <= 1.0 + RELATIVE_TOLERANCE else factor
 
 
 class _Reading:

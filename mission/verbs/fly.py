@@ -49,41 +49,54 @@ def fly(
 ) -> None:
     """Plan a mission, fly it, replan on the way, land, and leave a folder with everything about it."""
     from mission.checks import findings_for_flying
+    from mission.flying.folder_claim import claimed
     from mission.flying.recorder import LOG_NAME
     from mission.loading import load
 
     changes = [*(overrides or ())]
     changes += [f'link.address="{link}"'] if link is not None else []
     changes += [f'flight.mode="{mode}"'] if mode is not None else []
-    try:
-        mission = load(mission_file, changes)
-        if out is not None and (out / LOG_NAME).exists():
-            finding = Finding("--out", str(out), "holds a flight already: give another folder, or `mission resume` it")
-            raise InputError(str(out), [finding])
-        if reasons := findings_for_flying(mission):
-            raise InputError(str(mission_file), reasons)
-        from mission.flying.flight import default_folder, settings_of
+    with contextlib.ExitStack() as stack:
+        try:
+            mission = load(mission_file, changes)
+            if reasons := [*findings_for_flying(mission), *findings_for_speed(speed, mission.link.address)]:
+                raise InputError(str(mission_file), reasons)
+            from mission.flying.flight import default_folder, settings_of
 
-        folder = output_folder(out or default_folder(mission))
-    except InputError as error:
-        raise refuse(error, as_json) from error
+            folder = output_folder(out or default_folder(mission))
+            # Held from here on: a solve is long enough for somebody else to begin a flight there.
+            stack.enter_context(claimed(folder))
+            if (folder / LOG_NAME).exists():
+                advice = "holds a flight already: give another folder, or `mission resume` it"
+                raise InputError(str(folder), [Finding("--out", str(folder), advice)])
+        except InputError as error:
+            raise refuse(error, as_json) from error
 
-    from mission.progress import SolveProgress
+        from mission.progress import SolveProgress
 
-    with SolveProgress() as progress:
-        from mission.planning import plan as solve_mission
+        with SolveProgress() as progress:
+            from mission.planning import plan as solve_mission
 
-        planned = solve_mission(mission, progress=progress.update)
-    if planned.plan.selected is None:
-        with contextlib.suppress(OSError):
-            # Nothing was written into it; what was there before stays.
-            folder.rmdir()
-        say(f"nothing to fly: {planned.plan.status.value}; `mission plan {mission_file}` says why")
-        if as_json:
-            emit({"outcome": "nothing to fly", "landed": False, "status": planned.plan.status.value})
-        raise typer.Exit(Exit.COULD_NOT)
-    settings = settings_of(mission, folder=folder, speed=speed)
-    carry_out(planned, settings, view=view, as_json=as_json)
+            planned = solve_mission(mission, progress=progress.update)
+        if planned.plan.selected is None:
+            with contextlib.suppress(OSError):
+                # Nothing was written into it; what was there before stays.
+                folder.rmdir()
+            say(f"nothing to fly: {planned.plan.status.value}; `mission plan {mission_file}` says why")
+            if as_json:
+                emit({"outcome": "nothing to fly", "landed": False, "status": planned.plan.status.value})
+            raise typer.Exit(Exit.COULD_NOT)
+        settings = settings_of(mission, folder=folder, speed=speed)
+        carry_out(planned, settings, view=view, as_json=as_json)
+
+
+def findings_for_speed(speed: float, address: str) -> list[Finding]:
+    """What is wrong with a speed on a link: only the built-in vehicle's time can run faster or slower."""
+    from mission.flying.connecting import SIM
+
+    if speed == 1.0 or address == SIM:
+        return []
+    return [Finding("--speed", f"{speed:g}", f"{address} lives in its own time: leave it out, or give --link {SIM}")]
 
 
 def carry_out(planned: Planned, settings: FlightSettings, *, view: bool, as_json: bool) -> None:

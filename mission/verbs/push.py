@@ -32,7 +32,7 @@ def push(
         finding = Finding("FILE.json", str(file), f"cannot be read: {error}")
         raise refuse(InputError(str(file), [finding]), as_json) from error
     if answer is None:
-        say(f"no flight in {folder} answered within {timeout_s:g} s: is it still running?")
+        say(f"no flight in {folder} took it within {timeout_s:g} s, and it is withdrawn: is the flight still running?")
         answer = {"accepted": False, "reason": "nobody answered"}
     else:
         say(f"{'taken in' if answer['accepted'] else 'refused'}: {answer['reason']}")

@@ -213,18 +213,21 @@ class Link:
             raise LinkError(_NOT_HEARD)
         self._commands.request(command, altitude_m)
 
-    def withdraw(self) -> None:
-        """Give none of the commands that were asked for and not sent yet."""
-        if self._commands is not None:
-            self._commands.withdraw()
+    def open_stream(self) -> None:
+        """Let setpoints out, from the next one on."""
+        self._gate.open()
 
     def stream(self, setpoint: Setpoint) -> None:
-        """Send one setpoint now; mavsdk repeats it at 20 Hz until the next one or `close_stream`."""
+        """Send one setpoint now, if the stream is open.
+
+        mavsdk repeats it at 20 Hz until the next one or `close_stream`; what is not followed by another soon is left
+        standing, and then silent (`sim_bridge.link.stream`).
+        """
         vehicle_origin = self._telemetry.origin
         if vehicle_origin is None:
             raise LinkError("the vehicle has not told the origin of its local frame")
         position, velocity, acceleration, yaw_deg = self._frame.setpoint_ned(setpoint, self.autopilot, vehicle_origin)
-        self._gate.open()
+        self._gate.expect(position)
         self._offboard.set_position_velocity_acceleration_ned(
             PositionNedYaw(*position, yaw_deg), VelocityNedYaw(*velocity, yaw_deg), AccelerationNed(*acceleration)
         )
@@ -234,7 +237,7 @@ class Link:
         self._gate.close()
 
     def setpoint_gaps_s(self) -> list[float]:
-        """Times between setpoints on the wire, within each uninterrupted stream."""
+        """Times between new setpoints on the wire, within each uninterrupted stream."""
         return self._gate.gaps_s()
 
     def parameter(self, name: str) -> float | None:

@@ -121,7 +121,9 @@ class Commands:
                 self._carry_out(command, altitude_m)
                 done = CommandDone(command, True)
             except (ActionError, OffboardError, MavlinkDirectError, LinkError) as error:
-                done = CommandDone(command, False, self._reason(error), answered=_is_answer(error))
+                done = CommandDone(command, False, self._reason(error))
+            except Exception as error:  # noqa: BLE001 (whatever it was, the next command must still be given)
+                done = CommandDone(command, False, f"{type(error).__name__}: {error}")
             self._inbox.post(time.monotonic(), done)
 
     def _reason(self, error: Exception) -> str:
@@ -143,7 +145,8 @@ class Commands:
         for message_id in (mavlink.MAVLINK_MSG_ID_GPS_GLOBAL_ORIGIN, mavlink.MAVLINK_MSG_ID_HOME_POSITION):
             wanted.append((mavlink.MAV_CMD_REQUEST_MESSAGE, float(message_id), 0.0))
         for command, *params in wanted:
-            with contextlib.suppress(LinkError, MavlinkDirectError):
+            # Whatever becomes of one, commands are given by this thread too.
+            with contextlib.suppress(Exception):
                 self._command_long(command, *params)
 
     def _carry_out(self, command: Command, altitude_m: float | None) -> None:

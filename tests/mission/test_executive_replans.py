@@ -81,6 +81,9 @@ def test_a_blocked_course_is_flown_up_to_the_block_and_no_further():
     flight.tell(Operator.RESUME)
     assert flight.phase is Phase.HOLDING
     stop = flight.executive.course.stop_position()
+    # Proven from another place: it would be a jump to there.
+    flight.tell(NewCourse(along(np.array([np.add(stop, [3.0, 0.0, 0.0]), [20.0, 20.0, 10.0]]), LIMITS)))
+    assert flight.phase is Phase.HOLDING
     flight.tell(NewCourse(along(np.array([stop, [20.0, 20.0, 10.0]]), LIMITS)))
     assert flight.phase is Phase.FOLLOWING
     assert flight.run().phase is Phase.LANDED

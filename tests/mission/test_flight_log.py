@@ -2,6 +2,7 @@
 
 import dataclasses
 import json
+import time
 
 import numpy as np
 import pytest
@@ -9,7 +10,7 @@ import pytest
 from mission.executive.course import Course
 from mission.findings import InputError
 from mission.flying.flight_log import read_flight_log
-from mission.flying.journal import explored_positions, unfinished
+from mission.flying.journal import course_at, explored_positions, unfinished
 from mission.flying.recorder import LOG_NAME, Recorder
 from mission.flying.ways import along
 from planner.problem import Limits
@@ -23,8 +24,8 @@ def state(time_s, position):
 
 
 def write(folder, seconds=10.0, from_s=0.0, course=CURVE):
-    recorder = Recorder(folder, {"name": "test", "link": "sim"})
-    recorder.course(0.0, course, "plan")
+    recorder = Recorder(folder, {"name": "test", "link": "sim"}, goes_on=(folder / LOG_NAME).exists())
+    recorder.course(0.0, recorder.keep(course).result(), "plan")
     recorder.write("phase", 0.0, phase="exploring", why="")
     flown = Course.begin(course, 0.0, 0.0, 3.0, 1.0, from_s=from_s)
     for now in np.arange(0.0, seconds, 0.1):
@@ -48,8 +49,11 @@ def test_what_was_written_is_read_back(tmp_path):
     assert np.array_equal(course.control_points_m, CURVE.control_points_m)
 
 
-def test_every_line_is_with_the_system_before_the_recorder_returns(tmp_path):
+def test_lines_reach_the_system_without_anybody_closing_the_log(tmp_path):
     recorder = write(tmp_path)
+    until = time.monotonic() + 20.0
+    while len(read_flight_log(tmp_path).time_s) < 100 and time.monotonic() < until:
+        time.sleep(0.01)
     assert len(read_flight_log(tmp_path).time_s) == 100
     recorder.close()
 
@@ -72,12 +76,68 @@ def test_a_flight_that_went_on_behind_a_torn_line_is_read_as_one(tmp_path):
     assert len(log.courses) == 2
 
 
-def test_a_line_that_was_changed_is_refused_with_its_number(tmp_path):
+@pytest.mark.parametrize(
+    "spoil",
+    [
+        lambda line: line[: len(line) // 2],
+        lambda line: b"\0" * 64 + line,
+        lambda line: b"\xff\xfe\0\0" * 100,
+        lambda line: line.replace(b'"p":[', b'"p":[0.0,'),
+        lambda line: b'["kind"]',
+    ],
+)
+def test_a_damaged_line_is_skipped_and_said(tmp_path, spoil):
     write(tmp_path).close()
-    lines = (tmp_path / LOG_NAME).read_text().splitlines()
-    lines[7] = lines[7][:-3]
-    (tmp_path / LOG_NAME).write_text("\n".join(lines))
-    with pytest.raises(InputError, match="line 8"):
+    lines = (tmp_path / LOG_NAME).read_bytes().splitlines()
+    number = next(index for index, line in enumerate(lines) if b'"telemetry"' in line)
+    lines[number] = spoil(lines[number])
+    (tmp_path / LOG_NAME).write_bytes(b"\n".join(lines) + b"\n")
+    log = read_flight_log(tmp_path)
+    assert len(log.time_s) in (99, 100)
+    assert log.skipped == (f"1 damaged lines of log.jsonl, the first of them line {number + 1}",)
+    left = unfinished(log)
+    assert left is not None
+    assert left.from_s == pytest.approx(9.9, abs=0.11)
+
+
+def test_a_flight_whose_second_header_is_lost_is_read_with_its_times_in_order(tmp_path):
+    write(tmp_path, seconds=20.0).close()
+    write(tmp_path, seconds=10.0, from_s=19.0).close()
+    lines = (tmp_path / LOG_NAME).read_bytes().splitlines()
+    second = max(index for index, line in enumerate(lines) if b'"kind":"header"' in line)
+    lines[second] = b"\0" * 80
+    (tmp_path / LOG_NAME).write_bytes(b"\n".join(lines))
+    log = read_flight_log(tmp_path)
+    assert (np.diff(log.time_s) >= 0.0).all()
+    assert len(log.time_s) == 300
+
+
+def test_without_its_last_course_a_flight_goes_on_along_the_one_before(tmp_path):
+    recorder = write(tmp_path)
+    shifted = dataclasses.replace(CURVE.from_knot(10), control_points_m=CURVE.from_knot(10).control_points_m + 1.0)
+    recorder.course(9.5, recorder.keep(shifted).result(), "replan")
+    recorder.close()
+    path = tmp_path / "course-001.json"
+    assert course_at(read_flight_log(tmp_path), 9.8).start_s == shifted.start_s
+    path.write_text("{")
+    log = read_flight_log(tmp_path)
+    assert len(log.courses) == 1
+    assert "course 1" in log.skipped[0]
+    assert course_at(log, 9.8).start_s == 0.0
+
+
+def test_a_slowed_course_that_is_lost_is_made_again_from_the_one_that_was_slowed(tmp_path):
+    recorder = write(tmp_path)
+    recorder.course(0.0, recorder.keep(CURVE.slowed(1.7)).result(), "slowed")
+    recorder.close()
+    (tmp_path / "course-001.json").unlink()
+    (_, made) = read_flight_log(tmp_path).courses[1]
+    assert made.knot_interval_s == pytest.approx(1.7 * CURVE.knot_interval_s)
+
+
+def test_a_file_that_no_flight_wrote_is_refused(tmp_path):
+    (tmp_path / LOG_NAME).write_bytes(b"\x89PNG\r\n\x1a\n" * 50)
+    with pytest.raises(InputError, match="nothing that a flight wrote"):
         read_flight_log(tmp_path)
 
 

@@ -1,6 +1,9 @@
 """The loop of a flight: what Ctrl-C means, jobs that break off, and the loop itself that does."""
 
+import concurrent.futures
+import dataclasses
 import time
+from types import SimpleNamespace
 
 from types import SimpleNamespace
 
@@ -11,6 +14,8 @@ from mission.executive.phases import Phase
 from mission.flying.clock import FlightClock
 from mission.flying.flight_loop import FlightLoop
 from mission.flying.flight_progress import Watcher
+from mission.flying.recorder import Kept
+from mission.flying.replanning import Verdict
 from sim_bridge.link.inbox import Timed
 from sim_bridge.state import Command, CommandDone, FlightMode
 from tests.mission.rehearsed_flight import Flight
@@ -104,6 +109,9 @@ class Notes:
     def __init__(self):
         self.followed, self.written = [], []
 
+    def renew(self):
+        return None
+
     def follow(self, course):
         self.followed.append(course)
 
@@ -164,3 +172,99 @@ def test_a_log_that_fails_too_does_not_keep_the_vehicle_from_its_last_order():
     with pytest.raises(AttributeError):
         loop.run()
     assert vehicle.orders == [Command.RETURN]
+
+
+class Answered:
+    """A cycle that has one new plan to offer."""
+
+    hopeless = False
+    lost = ""
+
+    def __init__(self, trajectory):
+        request = SimpleNamespace(number=1, switch_s=trajectory.start_s)
+        self._answers = [(SimpleNamespace(request=request, solve_s=0.1), Verdict(trajectory, "better"))]
+        self.asked = 0
+
+    def poll(self, executive, now_s, *, must_leave):
+        return self._answers.pop() if self._answers else None
+
+    def ask(self, executive, now_s, rate):
+        self.asked += 1
+
+
+class Keeping(Notes):
+    """A log whose disk answers when it is told to."""
+
+    def __init__(self):
+        super().__init__()
+        self.future = concurrent.futures.Future()
+
+    def keep(self, trajectory):
+        self.kept = Kept(7, trajectory)
+        return self.future
+
+    def course(self, time_s, kept, origin):
+        self.written.append({"course": kept.number})
+
+
+def offered_a_plan():
+    """A loop to which a plan was offered that is on its way to the disk; the plan, the log and what is known."""
+    flight = Flight().exploring()
+    executive = flight.executive
+    old = executive.exploration
+    knot = int((executive.course.at(flight.now_s).curve_s + 4.0 - old.start_s) / old.knot_interval_s)
+    new = dataclasses.replace(old.from_knot(knot))
+    log, belief = Keeping(), SimpleNamespace(problem=object())
+    clock = FlightClock(time.monotonic())
+    loop = FlightLoop(executive, Vehicle(), clock, Notes(), log, belief, Answered(new), None, Watcher())
+    loop._replan(flight.now_s)
+    loop._replan(flight.now_s)
+    assert executive.exploration is old
+    assert loop._cycle.asked == 0
+    return loop, new, log, belief, flight.now_s
+
+
+def test_a_new_plan_is_flown_once_it_is_on_the_disk_and_is_recorded_then():
+    loop, new, log, _, now_s = offered_a_plan()
+    assert not any("course" in fields for fields in log.written)
+    log.future.set_result(log.kept)
+    loop._kept.get(timeout=20.0)(now_s)
+    assert loop.executive.exploration is new
+    assert {"course": 7} in log.written
+    loop._replan(now_s)
+    assert loop._cycle.asked == 1
+
+
+def test_a_new_plan_that_could_not_be_kept_is_not_flown():
+    loop, new, log, _, now_s = offered_a_plan()
+    log.future.set_exception(OSError(28, "No space left on device"))
+    loop._kept.get(timeout=20.0)(now_s)
+    assert loop.executive.exploration is not new
+    assert not any("course" in fields for fields in log.written)
+
+
+def test_a_new_plan_is_not_flown_where_something_was_learned_while_it_was_put_on_the_disk():
+    loop, new, log, belief, now_s = offered_a_plan()
+    belief.problem = object()
+    log.future.set_result(log.kept)
+    loop._kept.get(timeout=20.0)(now_s)
+    assert loop.executive.exploration is not new
+
+
+def test_a_new_plan_that_the_disk_kept_for_too_long_is_dropped_and_never_recorded():
+    loop, new, log, _, now_s = offered_a_plan()
+    log.future.set_result(log.kept)
+    loop._kept.get(timeout=20.0)(now_s + 30.0)
+    assert loop.executive.exploration is not new
+    assert not any("course" in fields for fields in log.written)
+
+
+def test_that_nobody_replans_any_more_is_said_once():
+    loop, _, log, _, now_s = offered_a_plan()
+    log.future.set_exception(OSError(28, "No space left on device"))
+    loop._kept.get(timeout=20.0)(now_s)
+    loop._cycle.lost = "the replanning process ended with code -9"
+    loop._replan(now_s)
+    loop._replan(now_s)
+    said = [fields["text"] for fields in log.written if "without replans" in fields.get("text", "")]
+    assert said == ["the replanning process ended with code -9: the flight goes on without replans"]

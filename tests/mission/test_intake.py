@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from mission.findings import InputError
+from mission.flying import intake as intake_module
 from mission.flying.intake import INBOX, LARGEST_BYTES, Intake, mixed, push_into, read_push, with_push
 from mission.loading import load
 from mission.site.problem import problem_from_mission
@@ -135,6 +136,43 @@ def test_where_nobody_flies_nobody_answers(mission, tmp_path):
     file = tmp_path / "crane.json"
     file.write_text("{}")
     assert push_into(tmp_path, file, 0.1) is None
+    # What nobody took is not left for a later flight.
+    assert list((tmp_path / INBOX).iterdir()) == []
+
+
+def test_a_push_that_was_taken_cannot_be_withdrawn_any_more(mission, tmp_path, monkeypatch):
+    intake = Intake(tmp_path, mission)
+    file = tmp_path / "wish.json"
+    file.write_text('{"command": "land"}')
+    monkeypatch.setattr(intake_module, "_LOOKED_AT_S", 0.1)
+
+    def take(folder, timeout_s):
+        assert [one.push.command for one in intake.arrived() if one.push] in (["land"], [])
+
+    monkeypatch.setattr(intake_module, "_answer_to", take)
+    answer = push_into(tmp_path, file, 0.1)
+    assert answer is not None
+    assert not answer["accepted"]
+    assert "took it" in answer["reason"]
+
+
+def test_what_was_wanted_of_an_earlier_flight_is_not_done_in_this_one(mission, tmp_path):
+    inbox = tmp_path / INBOX
+    inbox.mkdir()
+    (inbox / "a.json").write_text('{"command": "land"}')
+    (inbox / "b.json").write_text(json.dumps({"command": "land", "obstacle": [SPHERE]}))
+    (inbox / "c.taken").write_text('{"command": "return"}')
+    intake = Intake(tmp_path, mission)
+    (inbox / "d.json").write_text('{"command": "land"}')
+    wish, crane, taken, news = intake.arrived()
+    assert wish.push is None
+    assert "earlier flight" in wish.reason
+    assert crane.push is not None
+    assert crane.push.command is None
+    assert len(crane.push.obstacle) == 1
+    assert taken.push is None
+    assert news.push is not None
+    assert news.push.command == "land"
 
 
 def test_a_folder_that_is_no_flights_is_refused(tmp_path):

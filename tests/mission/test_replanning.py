@@ -185,6 +185,27 @@ def test_a_process_that_dies_is_an_answer_and_not_an_error():
         replanner.close()
 
 
+class Garbled:
+    """What can be sent and not be read."""
+
+    def __reduce__(self):
+        return int, ("no number",)
+
+
+def garble(asked: Request) -> Reply:
+    return Reply(asked, Garbled(), 0.5, 0.01)
+
+
+def test_an_answer_that_cannot_be_read_is_an_answer_too():
+    replanner = Replanner(garble)
+    try:
+        replanner.ask(dataclasses.replace(request(), number=3))
+        assert wait(replanner).plan is None
+        assert "cannot be read" in replanner.lost
+    finally:
+        replanner.close()
+
+
 def never(asked: Request) -> Reply:
     time.sleep(1000.0)
     raise AssertionError(asked)

@@ -17,20 +17,27 @@ CURVE = along(np.array([[0.0, 0.0, 10.0], [300.0, 0.0, 10.0]]), Limits(5.0, 2.0,
 
 
 class Wire:
-    """Collects what is sent."""
+    """Collects what is sent while it is let out."""
 
     def __init__(self):
         self.sent = []
+        self.let_out = False
         self.stopped = 0
         self.enough = threading.Event()
         self.wanted = 10**9
 
     def send(self, setpoint):
+        if not self.let_out:
+            return
         self.sent.append((time.monotonic(), setpoint))
         if len(self.sent) >= self.wanted:
             self.enough.set()
 
+    def start(self):
+        self.let_out = True
+
     def stop(self):
+        self.let_out = False
         self.stopped += 1
 
     def wait_for(self, count):
@@ -43,7 +50,7 @@ class Wire:
 def stream():
     wire, clock = Wire(), FlightClock(time.monotonic())
     recorded = []
-    streamer = Streamer(clock, 50.0, wire.send, wire.stop, lambda *what: recorded.append(what))
+    streamer = Streamer(clock, 50.0, wire.send, wire.start, wire.stop, lambda *what: recorded.append(what))
     yield wire, streamer, clock, recorded
     streamer.close()
 
@@ -65,7 +72,7 @@ def test_setpoints_follow_the_course_and_each_is_recorded(stream):
     streamer.follow(None)
     places = [setpoint.position_enu_m[0] for _, setpoint in wire.sent]
     assert all(b > a for a, b in itertools.pairwise(places))
-    assert len(recorded) == len(wire.sent)
+    assert len(wire.sent) <= len(recorded) <= len(wire.sent) + 1
     for now_s, point, setpoint in recorded:
         assert setpoint.position_enu_m == point.setpoint().position_enu_m
         assert now_s > 0.0
@@ -97,6 +104,54 @@ def test_a_flight_that_nobody_watches_brakes_on_its_course_and_stands_with_zero_
     assert streamer.renew() is None
 
 
+def test_a_course_that_was_braked_on_is_not_taken_up_where_it_would_be_by_now(stream):
+    wire, streamer, clock, _ = stream
+    flown = course(clock)
+    streamer.follow(flown)
+    wire.wait_for(5)
+    time.sleep(STALE_S + 1.5)
+    # The loop comes back, and acts before it knows that the stream braked meanwhile.
+    streamer.follow(flown)
+    streamer.follow(flown.braking(clock.now(time.monotonic()) - STALE_S))
+    wire.wait_for(5)
+    for (before_s, before), (after_s, after) in itertools.pairwise(wire.sent):
+        step_m = after.position_enu_m[0] - before.position_enu_m[0]
+        assert 0.0 <= step_m <= 5.0 * (after_s - before_s + 0.05)
+    assert streamer.renew() is not None
+    streamer.follow(flown)
+    wire.wait_for(1)
+    assert wire.sent[-1][1].velocity_enu_mps[0] > 4.0
+
+
+def test_a_course_that_brakes_already_is_left_to_brake(stream):
+    _, streamer, clock, _ = stream
+    braking = course(clock).braking(clock.now(time.monotonic()))
+    streamer.follow(braking)
+    time.sleep(STALE_S + 0.3)
+    assert streamer.renew() is None
+
+
+def test_the_stream_ends_at_once_while_a_setpoint_is_stuck_on_its_way():
+    wire, clock, stuck, sending = Wire(), FlightClock(time.monotonic()), threading.Event(), threading.Event()
+
+    def send(setpoint):
+        sending.set()
+        stuck.wait(20.0)
+        wire.send(setpoint)
+
+    streamer = Streamer(clock, 50.0, send, wire.start, wire.stop, lambda *_: None)
+    try:
+        streamer.follow(course(clock))
+        assert sending.wait(20.0)
+        streamer.renew()
+        streamer.follow(None)
+        assert wire.stopped == 1
+        stuck.set()
+    finally:
+        streamer.close()
+    assert wire.sent == []
+
+
 def test_a_flight_that_is_watched_goes_on(stream):
     wire, streamer, clock, _ = stream
     streamer.follow(course(clock))
@@ -112,7 +167,7 @@ def test_a_setpoint_that_cannot_be_sent_ends_the_stream_and_is_not_repeated():
         raise ValueError("a setpoint needs finite numbers")
 
     wire, clock = Wire(), FlightClock(time.monotonic())
-    streamer = Streamer(clock, 50.0, send, wire.stop, lambda *_: None)
+    streamer = Streamer(clock, 50.0, send, wire.start, wire.stop, lambda *_: None)
     try:
         assert not streamer.failed
         streamer.follow(course(clock))
@@ -127,7 +182,7 @@ def test_a_setpoint_that_cannot_be_sent_ends_the_stream_and_is_not_repeated():
 
 def test_a_stream_that_is_closed_has_not_failed():
     wire = Wire()
-    streamer = Streamer(FlightClock(time.monotonic()), 50.0, wire.send, wire.stop, lambda *_: None)
+    streamer = Streamer(FlightClock(time.monotonic()), 50.0, wire.send, wire.start, wire.stop, lambda *_: None)
     streamer.close()
     assert not streamer.failed
     assert wire.stopped > 0
@@ -135,7 +190,7 @@ def test_a_stream_that_is_closed_has_not_failed():
 
 def test_while_the_clock_waits_for_a_simulator_nothing_is_repeated_as_news():
     wire, clock = Wire(), FlightClock(time.monotonic(), 10.0)
-    streamer = Streamer(clock, 20.0, wire.send, wire.stop, lambda *what: None)
+    streamer = Streamer(clock, 20.0, wire.send, wire.start, wire.stop, lambda *what: None)
     try:
         clock.hear(100.0, time.monotonic())
         streamer.follow(course(clock))

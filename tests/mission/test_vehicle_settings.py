@@ -2,13 +2,16 @@
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from mission.executive.events import Checked
 from mission.executive.phases import Phase
 from mission.flying.connecting import as_told
 from mission.flying.vehicle_settings import Reach, settings_of, slowing_factor
+from mission.flying.ways import along
 from mission.loading import load
+from planner.gate import inspect
 from planner.problem import Limits
 from sim_bridge.ardupilot import defaults as ardupilot_defaults
 from sim_bridge.dialects import Autopilot
@@ -157,12 +160,21 @@ def test_copters_centimetres_are_metres():
     assert found.limits == Limits(5.0, 2.0, 1.0, 2.5)
 
 
-def test_a_curve_is_slowed_down_until_every_limit_holds():
+def test_a_curve_is_slowed_down_until_every_limit_holds_and_no_further(planned):
+    problem = planned.problem
     allowed = Limits(4.0, 3.0, 1.0, 1.5)
-    factor = slowing_factor(WANTED, allowed)
-    assert factor == pytest.approx(2.0)
-    assert WANTED.max_acceleration_mps2 / factor**2 <= allowed.max_acceleration_mps2
-    assert slowing_factor(WANTED, WANTED) == 1.0
+    curve = along(
+        np.array([[10.0, 10.0, 30.0], [200.0, 10.0, 30.0], [200.0, 10.0, 60.0], [200.0, 150.0, 30.0]]), WANTED
+    )
+    factor = slowing_factor(inspect(curve, problem), allowed)
+    assert 1.5 < factor <= 2.0
+    slowed = inspect(curve.slowed(factor), problem)
+    assert slowed.max_speed_mps <= allowed.max_speed_mps * (1.0 + 1e-9)
+    assert slowed.max_climb_mps <= allowed.max_climb_mps * (1.0 + 1e-9)
+    assert slowed.max_descent_mps <= allowed.max_descent_mps * (1.0 + 1e-9)
+    assert slowed.max_acceleration_mps2 <= allowed.max_acceleration_mps2 * (1.0 + 1e-9)
+    # What is slow enough already, as after an interruption, is flown as it is.
+    assert slowing_factor(slowed, allowed) == 1.0
 
 
 def test_a_slower_vehicle_brakes_more_gently_and_is_called_home_earlier():

@@ -93,6 +93,7 @@ def test_a_vehicle_is_armed_flown_by_setpoints_and_landed(autopilot):
         up = start.position_enu_m[2] + 11.5
         state = client.state(lambda state: state.position_enu_m[2] > up)
         target = hover(state)
+        client.link.open_stream()
         for _ in range(60):
             client.link.stream(target)
             time.sleep(0.005)
@@ -116,6 +117,7 @@ def test_a_vehicle_is_armed_flown_by_setpoints_and_landed(autopilot):
 def test_a_px4_that_stands_in_offboard_after_a_flight_is_armed_for_the_next():
     with flying() as client:
         state = client.state(lambda state: state.ready)
+        client.link.open_stream()
         client.link.stream(hover(state))
         time.sleep(0.2)
         assert client.do(Command.FOLLOW_SETPOINTS).accepted
@@ -144,6 +146,7 @@ def test_after_the_stream_is_closed_not_one_setpoint_leaves():
         sent = []
         send = client.link._wire.send
         client.link._wire.send = lambda frame: (sent.append(frame), send(frame))
+        client.link.open_stream()
         client.link.stream(hover(state))
         time.sleep(0.3)
         # mavsdk repeats the last one by itself.

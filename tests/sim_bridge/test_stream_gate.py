@@ -1,54 +1,123 @@
-"""The gate that setpoints pass: nothing that is no number gets out."""
-
-import math
+"""The gate of the setpoints: what is repeated too long does not leave as it was."""
 
 import pytest
 
 from sim_bridge.codec import Codec, mavlink
-from sim_bridge.link.stream import StreamGate
-from sim_bridge.state import LARGEST_ON_THE_WIRE
+from sim_bridge.link.stream import FRESH_S, HELD_S, StreamGate, held
 
-MASK = 2048
-BAD = (math.nan, math.inf, -math.inf)
-
-
-def local(numbers) -> bytes:
-    return Codec(245, 190).encode(mavlink.MAVLink_set_position_target_local_ned_message(5, 1, 1, 1, MASK, *numbers))
+POSITION = (10.0, -20.5, -12.25)
+VELOCITY = (3.0, -1.0, 0.5)
 
 
-def whole_earth(latitude_e7: int, longitude_e7: int, numbers) -> bytes:
-    message = mavlink.MAVLink_set_position_target_global_int_message
-    return Codec(245, 190).encode(message(5, 1, 1, 5, MASK, latitude_e7, longitude_e7, *numbers))
+def setpoint(position=POSITION, time_ms=1000):
+    message = mavlink.MAVLink_set_position_target_local_ned_message(
+        time_ms, 1, 1, 1, 0, *position, *VELOCITY, 0.1, 0.2, 0.3, 1.5, 0.25
+    )
+    return Codec(245, 190).encode(message)
 
 
-def let_out(frame: bytes) -> bool:
-    sent: list[bytes] = []
-    gate = StreamGate(sent.append)
-    gate.open()
-    gate.send(frame)
-    assert sent in ([], [frame])
-    return bool(sent)
+def heartbeat():
+    return Codec(245, 190).encode(mavlink.MAVLink_heartbeat_message(6, 8, 0, 0, 4, 3))
 
 
-@pytest.mark.parametrize("bad", BAD)
-def test_a_setpoint_with_anything_that_is_no_number_does_not_leave(bad):
-    for place in range(11):
-        numbers = [1.0] * 11
-        numbers[place] = bad
-        assert not let_out(local(numbers))
-    for place in range(9):
-        numbers = [1.0] * 9
-        numbers[place] = bad
-        assert not let_out(whole_earth(473_977_000, 85_456_000, numbers))
+class Line:
+    """Collects what leaves, on a clock of its own."""
+
+    def __init__(self):
+        self.now_s, self.sent = 100.0, []
+        self.gate = StreamGate(self.sent.append, lambda: self.now_s)
+
+    def streams(self, position=POSITION):
+        self.gate.expect(position)
+        self.gate.send(setpoint(position))
+
+    def left(self):
+        sent, self.sent[:] = list(self.sent), []
+        return sent
 
 
-def test_a_setpoint_of_numbers_leaves_whatever_they_are():
-    for numbers in ([0.0] * 11, [-0.0] * 11, [LARGEST_ON_THE_WIRE] * 11, [1e-45] * 11):
-        assert let_out(local(numbers))
-    # Half a degree west would be no number, were it read as one.
-    assert let_out(whole_earth(473_977_000, -5_000_000, [0.0] * 9))
+@pytest.fixture
+def line():
+    line = Line()
+    line.gate.open()
+    return line
 
 
-def test_what_is_no_setpoint_may_have_numbers_that_are_none():
-    take_off = mavlink.MAVLink_command_long_message(1, 1, mavlink.MAV_CMD_NAV_TAKEOFF, 0, *(math.nan,) * 6, 500.0)
-    assert let_out(Codec(245, 190).encode(take_off))
+def read(frame):
+    (message,) = Codec(1, 1).decode(frame)
+    return message
+
+
+def test_a_fresh_setpoint_is_repeated_as_it_is(line):
+    line.streams()
+    line.now_s += FRESH_S
+    line.gate.send(setpoint(time_ms=1500))
+    assert line.left() == [setpoint(), setpoint(time_ms=1500)]
+
+
+def test_a_setpoint_that_nobody_renews_is_left_standing_at_its_place(line):
+    line.streams()
+    line.left()
+    line.now_s += FRESH_S + 0.1
+    line.gate.send(setpoint(time_ms=1600))
+    (frame,) = line.left()
+    message = read(frame)
+    assert (message.x, message.y, message.z) == POSITION
+    assert (message.vx, message.vy, message.vz) == (0.0, 0.0, 0.0)
+    assert (message.afx, message.afy, message.afz) == (0.0, 0.0, 0.0)
+    assert (message.yaw, message.yaw_rate) == (1.5, 0.0)
+    assert (message.time_boot_ms, message.type_mask) == (1600, 0)
+
+
+def test_after_some_seconds_it_is_silent(line):
+    line.streams()
+    line.left()
+    line.now_s += HELD_S + 0.1
+    line.gate.send(setpoint())
+    assert line.left() == []
+    line.streams()
+    assert line.left() == [setpoint()]
+
+
+def test_an_older_setpoint_does_not_pass_any_more(line):
+    line.streams()
+    line.left()
+    line.gate.expect((11.0, -20.5, -12.25))
+    line.gate.send(setpoint())
+    assert line.left() == []
+    line.gate.send(setpoint((11.0, -20.5, -12.25)))
+    assert len(line.left()) == 1
+
+
+def test_what_was_repeated_while_it_was_closed_does_not_leave_when_it_opens(line):
+    line.streams()
+    line.gate.close()
+    line.left()
+    line.gate.send(setpoint())
+    line.gate.open()
+    line.gate.send(setpoint())
+    assert line.left() == []
+
+
+def test_everything_else_passes_closed_or_stale(line):
+    line.gate.close()
+    line.gate.send(heartbeat())
+    assert line.left() == [heartbeat()]
+
+
+def test_gaps_are_between_new_setpoints_and_not_their_repetitions(line):
+    for _ in range(3):
+        line.streams()
+        line.now_s += 0.05
+        line.gate.send(setpoint())
+        line.now_s += 0.25
+    assert line.gate.gaps_s() == pytest.approx([0.3, 0.3])
+    line.gate.close()
+    line.now_s += 60.0
+    line.gate.open()
+    line.streams()
+    assert line.gate.gaps_s() == pytest.approx([0.3, 0.3])
+
+
+def test_a_hold_is_the_same_message_with_a_checksum_of_its_own():
+    assert read(held(setpoint())).get_type() == "SET_POSITION_TARGET_LOCAL_NED"
