@@ -46,7 +46,7 @@ class CourseKeeper:
         self.course: Course | None = None
         self.way: Trajectory | None = None
         self.rejoin_s = assignment.exploration.start_s if from_s is None else from_s
-        self.explored = False
+        self.explored = assignment.only_home
         self.blocked_s: float | None = None
         self.rate = 1.0
 

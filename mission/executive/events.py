@@ -58,7 +58,8 @@ class Assignment:
         max_yaw_rate_radps: How fast the nose may turn.
         max_climb_mps: How fast it climbs, for the time limit of the take-off.
         ready_timeout_s: How long to wait until the vehicle is ready to arm.
-        item_times_s: Curve time that has passed when an item of an uploaded mission is reached, up to the last waypoint.
+        item_times_s: Curve time passed when an item of an uploaded mission is reached, up to the last waypoint.
+        only_home: Whether the exploration was flown to its end before, and the vehicle is only to be brought home.
     """
 
     exploration: Trajectory
@@ -70,6 +71,7 @@ class Assignment:
     max_climb_mps: float
     ready_timeout_s: float = 180.0
     item_times_s: tuple[float, ...] = ()
+    only_home: bool = False
 
 
 class Goal(enum.Enum):

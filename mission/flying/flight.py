@@ -92,6 +92,7 @@ class FlightSettings:
         from_s: Curve time at which the exploration begins, in a flight that is resumed.
         flown_m: What was explored before, in a flight that is resumed; None: nothing.
         flown_yaw_rad: Headings there; None: not known.
+        only_home: Whether everything was explored before, and a vehicle that flies is only to be brought home.
     """
 
     link: str
@@ -101,6 +102,7 @@ class FlightSettings:
     from_s: float | None = None
     flown_m: np.ndarray | None = None
     flown_yaw_rad: np.ndarray | None = None
+    only_home: bool = False
 
     @property
     def resumed(self) -> bool:
@@ -168,11 +170,12 @@ def _flown(planned: Planned, settings: FlightSettings, watcher: Watcher) -> Flow
     mission, problem = planned.mission, planned.problem
     recorder, files = _begun(planned, settings)
     watcher = DetachedWatcher(watcher)
-    replanner = Replanner() if mission.replanning.enabled and settings.method is FlightMethod.OFFBOARD else None
+    replans = mission.replanning.enabled and settings.method is FlightMethod.OFFBOARD and not settings.only_home
+    replanner = Replanner() if replans else None
     rate = settings.speed if settings.link == SIM else 1.0
     clock = FlightClock(time.monotonic(), rate)
     belief = Belief(problem, settings.flown_m, settings.flown_yaw_rad)
-    assignment = assignment_of(planned, settings.method, settings.resumed)
+    assignment = assignment_of(planned, settings.method, only_home=settings.only_home)
     energy = energy_of(mission, problem)
     executive = Executive(assignment, monitors_of(mission, belief, energy), from_s=settings.from_s, patience=rate)
     loop: FlightLoop | None = None

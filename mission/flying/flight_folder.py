@@ -13,6 +13,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import dataclasses
 import json
 from pathlib import Path
@@ -82,7 +83,10 @@ def read_flight_folder(path: Path) -> FlightFolder:
         if not log.courses or log.courses[0][1].start_s > began.start_s:
             # What was flown first is what was planned, and stands here too.
             log = dataclasses.replace(log, courses=((0.0, began), *log.courses))
-    summary = _json_in(path / SUMMARY_NAME) if (path / SUMMARY_NAME).is_file() else None
+    summary = None
+    with contextlib.suppress(InputError):
+        # What it came to can be worked out again from the log.
+        summary = _json_in(path / SUMMARY_NAME)
     return FlightFolder(path, mission, problem, options_from_mission(mission), candidates, log, summary)
 
 

@@ -76,6 +76,9 @@ class Ground:
 
     def check(self, state: VehicleState) -> Checked:
         """Check the vehicle before arming."""
+        if self._assignment.only_home:
+            # A vehicle on the ground is left there by this, and one in the air is flown home.
+            return Checked(("everything is explored: there is nothing to fly but the way home",))
         planned, altitude_m = self._belief.problem, self._assignment.takeoff_altitude_m
         misplaced = []
         if not state.aloft:

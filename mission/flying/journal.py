@@ -7,11 +7,15 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
+from mission.executive.phases import Phase
 from mission.flying.belief import INTERVAL_S
 from mission.flying.flight_log import FlightLog
 from planner.trajectory import Trajectory
 
 _PAUSE_S = 10.0 * INTERVAL_S
+_DOWN = tuple(
+    phase.value for phase in (Phase.LANDING, Phase.LANDED, Phase.VEHICLE_RETURN, Phase.HANDING_OVER, Phase.HANDED_OVER)
+)
 FINISHED_S = 0.5
 """Less than this left of the exploration is nothing left."""
 
@@ -33,6 +37,11 @@ class Unfinished:
     flown_yaw_rad: Float[np.ndarray, "time"]
 
     @property
+    def only_home(self) -> bool:
+        """Whether the exploration was flown to its end, and the vehicle was on its way home."""
+        return self.remaining_s == 0.0
+
+    @property
     def remaining_s(self) -> float:
         """Time left to fly."""
         return self.trajectory.end_s - self.from_s
@@ -45,7 +54,7 @@ def unfinished(log: FlightLog) -> Unfinished | None:
         log: Its log, over all the times it was resumed.
 
     Returns:
-        What is left; None: the exploration was flown to its end.
+        What is left, which may be the way home alone; None: nothing.
 
     Raises:
         ValueError: The log holds no curve.
@@ -54,10 +63,19 @@ def unfinished(log: FlightLog) -> Unfinished | None:
         raise ValueError("the flight's log holds no course: it ended before there was a plan; fly the mission anew")
     explored_s = explored_until_s(log)
     trajectory = course_at(log, explored_s)
-    if trajectory.end_s - explored_s <= FINISHED_S:
+    explored = trajectory.end_s - explored_s <= FINISHED_S
+    if explored and not on_its_way_home(log):
         return None
+    if explored:
+        explored_s = trajectory.end_s
     first = int(np.clip((explored_s - trajectory.start_s) // trajectory.knot_interval_s, 0, trajectory.segments - 1))
     return Unfinished(trajectory.from_knot(first), explored_s, explored_positions(log), explored_headings(log))
+
+
+def on_its_way_home(log: FlightLog) -> bool:
+    """Whether a flight that explored everything ended before its vehicle was down, or on its way down by itself."""
+    phases = log.of_kind("phase")
+    return bool(phases) and phases[-1]["phase"] not in _DOWN
 
 
 def explored_until_s(log: FlightLog) -> float:

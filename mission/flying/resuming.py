@@ -56,7 +56,7 @@ def resumption(flight: FlightFolder) -> Resumption | None:
     )
     known = after(problem, left.flown_m, flight.options.modes, left.flown_yaw_rad)
     candidate = Judge(known, flight.options).candidate(rest, "resumed")
-    if candidate.feasible:
+    if candidate.feasible or left.only_home:
         plan = Plan(Status.CONVERGED, (candidate,), 0, 1.0, diversity(_unit_path(problem, rest)), 0)
         return Resumption(Planned(flight.mission, problem, flight.options, plan, 0.0, 0.0), left.from_s, left)
     return Resumption(_planned_anew(flight, left), None, left)
