@@ -119,7 +119,7 @@ def main() -> None:
     print(row("new ones, as the vehicle hears them", gaps_s(arrived_s[np.array(new)])))
     print(row("all, as the vehicle hears them", gaps_s(arrived_s)))
     print(
-        f"\nAt the sender's socket, all: p99.9 {1e3 * summary['setpoint_gap_p999_s']:.0f} ms, longest "
+        f"\nAt the sender's socket, new ones: p99.9 {1e3 * summary['setpoint_gap_p999_s']:.0f} ms, longest "
         f"{1e3 * summary['setpoint_gap_max_s']:.0f} ms. {summary['outcome']}; Offboard lost {summary['offboard_lost']} "
         f"times; {len(log.of_kind('stall'))} stalls; violations: {'; '.join(summary['violations']) or 'none'}."
     )
