@@ -60,6 +60,7 @@ class Assignment:
         ready_timeout_s: How long to wait until the vehicle is ready to arm.
         item_times_s: Curve time passed when an item of an uploaded mission is reached, up to the last waypoint.
         only_home: Whether the exploration was flown to its end before, and the vehicle is only to be brought home.
+        resumed: Whether it goes on with an earlier flight, whose vehicle may be in the air.
     """
 
     exploration: Trajectory
@@ -72,6 +73,7 @@ class Assignment:
     ready_timeout_s: float = 180.0
     item_times_s: tuple[float, ...] = ()
     only_home: bool = False
+    resumed: bool = False
 
 
 class Goal(enum.Enum):

@@ -175,7 +175,7 @@ def _flown(planned: Planned, settings: FlightSettings, watcher: Watcher) -> Flow
     rate = settings.speed if settings.link == SIM else 1.0
     clock = FlightClock(time.monotonic(), rate)
     belief = Belief(problem, settings.flown_m, settings.flown_yaw_rad)
-    assignment = assignment_of(planned, settings.method, only_home=settings.only_home)
+    assignment = assignment_of(planned, settings.method, settings.resumed, only_home=settings.only_home)
     energy = energy_of(mission, problem)
     executive = Executive(assignment, monitors_of(mission, belief, energy), from_s=settings.from_s, patience=rate)
     loop: FlightLoop | None = None
@@ -267,7 +267,7 @@ def _begun(planned: Planned, settings: FlightSettings) -> tuple[Recorder, list[P
     return recorder, files
 
 
-def _prepare(link: Link, planned: Planned, settings: FlightSettings) -> int | None:
+def _prepare(link: Link, planned: Planned, settings: FlightSettings, aloft: bool) -> int | None:
     """What must be done before arming, uploads above all; the number of the last waypoint of an uploaded mission.
 
     A mission uploaded to a vehicle that is flying one would be flown at once, whoever has the vehicle: what remains of

@@ -22,8 +22,17 @@ _LEAST_TRACK_ERROR_M = 0.5
 _MOST_TRACK_ERROR_M = 5.0
 
 
-def assignment_of(planned: Planned, method: FlightMethod, *, only_home: bool = False) -> Assignment:
-    """What the executive is given to do."""
+def assignment_of(
+    planned: Planned, method: FlightMethod, resumed: bool = False, *, only_home: bool = False
+) -> Assignment:
+    """What the executive is given to do.
+
+    Args:
+        planned: The mission and its plan.
+        method: Setpoints, or an uploaded mission.
+        resumed: Whether it goes on with an earlier flight.
+        only_home: Whether only its way home is left.
+    """
     mission, limits = planned.mission, planned.problem.limits
     return Assignment(
         exploration=planned.plan.best.trajectory,
@@ -36,6 +45,7 @@ def assignment_of(planned: Planned, method: FlightMethod, *, only_home: bool = F
         ready_timeout_s=mission.link.ready_timeout_s,
         only_home=only_home,
         item_times_s=item_times_s(plan_file_of(planned)) if method is FlightMethod.MISSION else (),
+        resumed=resumed,
     )
 
 

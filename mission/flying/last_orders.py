@@ -38,6 +38,7 @@ def give_last_order(link: Link, phase: Phase, told: Callable[[CommandDone], None
     order = last_order(phase)
     if order is None:
         return
+    link.withdraw()
     for command in dict.fromkeys((order, Command.LAND)):
         link.request(command)
         done = _answer(link, command)

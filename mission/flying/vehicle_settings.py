@@ -10,6 +10,7 @@ import dataclasses
 import math
 from collections.abc import Callable
 
+from mission.flying import left_alone
 from planner.gate import RELATIVE_TOLERANCE, GateReport
 from planner.problem import Limits
 from sim_bridge.dialects import Autopilot

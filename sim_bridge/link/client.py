@@ -217,6 +217,11 @@ class Link:
         """Let setpoints out, from the next one on."""
         self._gate.open()
 
+    def withdraw(self) -> None:
+        """Give none of the commands that were asked for and not sent yet."""
+        if self._commands is not None:
+            self._commands.withdraw()
+
     def stream(self, setpoint: Setpoint) -> None:
         """Send one setpoint now, if the stream is open.
 

@@ -121,7 +121,7 @@ class Commands:
                 self._carry_out(command, altitude_m)
                 done = CommandDone(command, True)
             except (ActionError, OffboardError, MavlinkDirectError, LinkError) as error:
-                done = CommandDone(command, False, self._reason(error))
+                done = CommandDone(command, False, self._reason(error), answered=_is_answer(error))
             except Exception as error:  # noqa: BLE001 (whatever it was, the next command must still be given)
                 done = CommandDone(command, False, f"{type(error).__name__}: {error}")
             self._inbox.post(time.monotonic(), done)

@@ -171,3 +171,148 @@ def test_a_stream_that_braked_while_the_flight_turned_back_is_led_home_from_wher
     assert flight.phase is Phase.TURNING_BACK
     assert flight.run().phase is Phase.LANDED
     assert largest_jump_mps(flight) <= LIMITS.max_speed_mps * 1.01
+
+
+@pytest.mark.parametrize("phase", [Phase.TAKING_OFF, Phase.ENTERING, Phase.TURNING_BACK, Phase.TAKING_BACK])
+def test_a_pause_before_there_is_anything_to_stand_still_on_comes_into_effect_then(phase):
+    flight = Flight()
+    if phase is Phase.TURNING_BACK:
+        flight.exploring().tell(Operator.RETURN)
+    elif phase is Phase.TAKING_BACK:
+        flight.run_to(Phase.ENTERING).tell(Operator.RETURN)
+    else:
+        flight.run_to(phase)
+    assert flight.phase is phase
+    flight.tell(Operator.PAUSE)
+    flight.run_to(Phase.HOLDING)
+    stood = flight.vehicle.position.copy()
+    flight.run_for(60.0)
+    assert flight.phase is Phase.HOLDING
+    assert np.linalg.norm(flight.vehicle.position - stood) < 0.1
+    flight.tell(Operator.RESUME)
+    assert flight.run().phase is Phase.LANDED
+
+
+def test_a_pause_during_the_climb_of_an_uploaded_mission_holds_above_home():
+    flight = Flight(method=FlightMethod.MISSION)
+    flight.last_item = 3
+    flight.run_to(Phase.TAKING_OFF).tell(Operator.PAUSE)
+    flight.run_to(Phase.AUTO_HOLD).run_for(30.0)
+    assert Command.START_MISSION not in flight.vehicle.orders
+    flight.tell(Operator.RESUME)
+    assert flight.phase is Phase.AUTO_MISSION
+
+
+def test_a_pause_that_waits_is_dropped_when_the_operator_resumes():
+    flight = Flight().run_to(Phase.TAKING_OFF)
+    flight.tell(Operator.PAUSE)
+    flight.tell(Operator.RESUME)
+    assert flight.run().phase is Phase.LANDED
+    assert Phase.HOLDING not in flight.phases
+
+
+def test_a_pause_while_it_holds_anyway_outlasts_what_it_holds_for():
+    flight = Flight().exploring()
+    flight.obstacle = flight.vehicle.position.copy()
+    flight.run_to(Phase.HOLDING)
+    flight.tell(Operator.PAUSE)
+    flight.obstacle = FAR_AWAY
+    flight.run_for(60.0)
+    assert flight.phase is Phase.HOLDING
+    flight.tell(Operator.RESUME)
+    assert flight.phase is Phase.FOLLOWING
+    assert flight.run().executive.explored
+
+
+@pytest.mark.parametrize("held", [False, True])
+def test_a_pause_outlasts_a_lost_link(held):
+    flight = Flight().exploring()
+    flight.tell(Operator.PAUSE)
+    flight.run_for(5.0)
+    flight.vehicle.silent = True
+    flight.run_to(Phase.BLIND)
+    if held:
+        flight.vehicle.failsafe = True
+        flight.vehicle.set_mode(FlightMode.HOLD, flight.now_s)
+    flight.run_for(3.0)
+    flight.vehicle.silent = False
+    flight.run_for(1.0)
+    flight.vehicle.failsafe = False
+    flight.run_for(60.0)
+    assert flight.phase is Phase.HOLDING
+    assert (Phase.ENTERING in flight.phases[flight.phases.index(Phase.BLIND) :]) is held
+    flight.tell(Operator.RESUME)
+    assert flight.run().phase is Phase.LANDED
+    assert flight.executive.explored
+
+
+def test_a_pause_while_the_link_is_lost_stands_when_it_is_back():
+    flight = Flight().exploring()
+    flight.vehicle.silent = True
+    flight.run_to(Phase.BLIND)
+    flight.tell(Operator.PAUSE)
+    flight.vehicle.silent = False
+    flight.run_for(30.0)
+    assert flight.phase is Phase.HOLDING
+
+
+@pytest.mark.parametrize("phase", [Phase.VEHICLE_RETURN, Phase.LANDING])
+def test_a_return_or_a_landing_is_paused_and_goes_on(phase):
+    flight = Flight().exploring()
+    flight.no_way = "walled in"
+    flight.tell(Operator.RETURN if phase is Phase.VEHICLE_RETURN else Operator.LAND)
+    flight.run_for(4.0)
+    assert flight.phase is phase
+    flight.tell(Operator.PAUSE)
+    flight.run_for(2.0)
+    stood = flight.vehicle.position.copy()
+    flight.run_for(30.0)
+    assert flight.phase is Phase.RETURN_PAUSED
+    assert np.linalg.norm(flight.vehicle.position - stood) < 1e-6
+    flight.tell(Operator.RESUME)
+    assert flight.phase is phase
+    assert flight.run().phase is Phase.LANDED
+
+
+def test_a_landing_that_is_paused_for_too_long_goes_on():
+    flight = Flight().exploring()
+    flight.tell(Operator.LAND)
+    flight.run_for(3.0).tell(Operator.PAUSE)
+    assert flight.run(limit_s=400.0).phase is Phase.LANDED
+    assert flight.now_s > 300.0
+
+
+def test_a_vehicle_that_is_down_is_not_paused():
+    flight = Flight().exploring()
+    flight.vehicle.refuse[Command.LAND] = ["denied"] * 1000
+    flight.tell(Operator.LAND)
+    flight.vehicle.mode = FlightMode.OTHER
+    flight.vehicle.position[2] = 0.0
+    flight.run_for(0.1)
+    flight.tell(Operator.PAUSE)
+    assert flight.phase is Phase.LANDING
+    assert "pause: nothing to do while landing" in flight.said
+
+
+def test_a_danger_ends_a_pause():
+    flight = Flight().exploring()
+    flight.tell(Operator.PAUSE)
+    flight.run_for(5.0)
+    flight.vehicle.battery = 0.16
+    assert flight.run().phase is Phase.LANDED
+    assert Phase.RETURNING in flight.phases
+
+
+def test_a_pause_before_a_block_outlasts_it():
+    flight = Flight().exploring()
+    course = flight.executive.course
+    assert course is not None
+    flight.tell(CourseBlocked(course.at(flight.now_s).curve_s + 6.0, "a crane"))
+    flight.run_to(Phase.HOLDING).run_for(5.0)
+    assert flight.executive.held_by_block
+    flight.tell(Operator.PAUSE)
+    # Nobody seeks a way round, or goes home for want of one, until it is resumed.
+    assert not flight.executive.held_by_block
+    flight.tell(Operator.RESUME)
+    assert flight.phase is Phase.HOLDING
+    assert flight.executive.held_by_block

@@ -5,8 +5,6 @@ import dataclasses
 import time
 from types import SimpleNamespace
 
-from types import SimpleNamespace
-
 import pytest
 
 from mission.executive.events import Checked, FindWay, Goal, Operator, RunChecks, WayFound, Withdraw
@@ -93,6 +91,10 @@ class Vehicle:
 
     def __init__(self, refuses=()):
         self.orders, self._refuses, self._answers = [], refuses, []
+        self.withdrawn = False
+
+    def withdraw(self):
+        self.withdrawn = True
 
     def request(self, command, altitude_m=None):
         self.orders.append(command)
@@ -156,6 +158,7 @@ def test_a_loop_that_fails_ends_the_stream_and_gives_the_vehicle_its_last_order(
     vehicle = Vehicle()
     stream, log = broken_off(in_phase(phase), KeyError("unforeseen"), vehicle)
     assert vehicle.orders == orders
+    assert vehicle.withdrawn is bool(orders)
     assert stream.followed[-1] is None
     assert any("KeyError: 'unforeseen'" in fields.get("text", "") for fields in log.written)
 
@@ -268,3 +271,10 @@ def test_that_nobody_replans_any_more_is_said_once():
     loop._replan(now_s)
     said = [fields["text"] for fields in log.written if "without replans" in fields.get("text", "")]
     assert said == ["the replanning process ended with code -9: the flight goes on without replans"]
+
+
+def test_what_the_executive_withdraws_is_withdrawn_from_the_link():
+    called = []
+    loop = FlightLoop(Flight().executive, SimpleNamespace(withdraw=lambda: called.append(True)), *[None] * 7)  # pyright: ignore[reportArgumentType]
+    loop._act([Withdraw()], 0.0)
+    assert called

@@ -5,6 +5,7 @@ import json
 import subprocess
 import sys
 import time
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -38,7 +39,18 @@ def vehicle(tmp_path):
     spawned.stop()
 
 
-def killed_while_exploring(address: str, folder: Path) -> None:
+def explores(lines: list[str]) -> bool:
+    """Whether it has explored for three seconds."""
+    exploring = [line for line in lines if '"phase":"exploring"' in line and '"kind":"telemetry"' in line]
+    return len(exploring) > 2 and json.loads(exploring[-1])["t"] - json.loads(exploring[0])["t"] > 3.0
+
+
+def returns(lines: list[str]) -> bool:
+    """Whether it is on its way home."""
+    return any('"phase":"returning"' in line and '"kind":"telemetry"' in line for line in lines)
+
+
+def killed_once(begun: Callable[[list[str]], bool], address: str, folder: Path) -> None:
     root = Path(__file__).parents[2]
     process = subprocess.Popen([sys.executable, "-m", "tests.mission.killed_flight", address, str(folder)], cwd=root)
     log, until = folder / "flight" / LOG_NAME, time.monotonic() + 120.0
@@ -46,11 +58,10 @@ def killed_while_exploring(address: str, folder: Path) -> None:
         while time.monotonic() < until:
             assert process.poll() is None, "the flight ended before it was killed"
             lines = log.read_text().splitlines()[:-1] if log.exists() else []
-            exploring = [line for line in lines if '"phase":"exploring"' in line and '"kind":"telemetry"' in line]
-            if len(exploring) > 2 and json.loads(exploring[-1])["t"] - json.loads(exploring[0])["t"] > 3.0:
+            if begun(lines):
                 return
             time.sleep(0.1)
-        raise AssertionError("it never explored")
+        raise AssertionError("it never came to that")
     finally:
         process.kill()
         process.wait()
@@ -68,7 +79,7 @@ def what_it_does_alone(address: str, folder: Path, host_s: float) -> list[Vehicl
 
 
 def test_a_killed_flight_leaves_a_vehicle_that_holds_and_is_flown_on_from_the_air(vehicle, tmp_path):
-    killed_while_exploring(vehicle.address, tmp_path)
+    killed_once(explores, vehicle.address, tmp_path)
     alone = what_it_does_alone(vehicle.address, tmp_path, 2.0)
     assert alone[-1].mode is FlightMode.HOLD
     assert alone[-1].aloft
@@ -83,4 +94,21 @@ def test_a_killed_flight_leaves_a_vehicle_that_holds_and_is_flown_on_from_the_ai
     log = read_flight_log(tmp_path / "flight")
     for corner in CORNERS:
         assert np.linalg.norm(log.position_m[log.exploring()] - corner, axis=1).min() < 1.0
+    assert resumption(read_flight_folder(tmp_path / "flight")) is None
+
+
+def test_a_flight_that_is_killed_on_its_way_home_is_brought_home(vehicle, tmp_path):
+    killed_once(returns, vehicle.address, tmp_path)
+    assert what_it_does_alone(vehicle.address, tmp_path, 2.0)[-1].aloft
+
+    left = resumption(read_flight_folder(tmp_path / "flight"))
+    assert left is not None
+    assert left.left.only_home
+    again = dataclasses.replace(
+        settings(vehicle.address, tmp_path), from_s=left.from_s, flown_m=left.left.flown_m, only_home=True
+    )
+    flown = fly_planned(left.planned, again, Watcher())
+    assert flown.outcome is Outcome.DONE, flown.summary
+    # From the air straight home: nothing is explored again.
+    assert flown.summary["phases"][-4:] == ["taking over to return", "returning", "landing", "landed"]
     assert resumption(read_flight_folder(tmp_path / "flight")) is None

@@ -160,7 +160,7 @@ def test_copters_centimetres_are_metres():
     assert found.limits == Limits(5.0, 2.0, 1.0, 2.5)
 
 
-def test_a_curve_is_slowed_down_until_every_limit_holds_and_no_further(planned):
+def test_a_curve_is_slowed_down_until_every_limit_holds(planned):
     problem = planned.problem
     allowed = Limits(4.0, 3.0, 1.0, 1.5)
     curve = along(

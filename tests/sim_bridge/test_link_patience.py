@@ -153,6 +153,7 @@ def test_each_setpoint_leaves_when_it_is_set_and_the_last_again_and_again():
     wire = Reticent()
     with linked(wire) as link:
         assert soon(lambda: link._telemetry.origin is not None)
+        link.open_stream()
         for number in range(300):
             link.stream(Setpoint((0.0, 0.0, float(number)), (0.0, 0.0, 1.0), (0.0, 0.0, 0.0), 0.0))
 
