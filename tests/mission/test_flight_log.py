@@ -173,7 +173,9 @@ def test_what_is_left_begins_where_the_last_setpoint_went(tmp_path):
 
 
 def test_a_flight_that_explored_everything_leaves_nothing(tmp_path):
-    write(tmp_path, seconds=CURVE.end_s + 1.0).close()
+    recorder = write(tmp_path, seconds=CURVE.end_s + 1.0)
+    recorder.write("phase", CURVE.end_s + 1.0, phase="landed", why="on the ground, disarmed")
+    recorder.close()
     assert unfinished(read_flight_log(tmp_path)) is None
 
 
