@@ -10,8 +10,9 @@ the nodes prove, for the gate. Neither is ever above the true distance, and the 
 | a      | `half_diagonal_m` | m | half of a cell's diagonal: a trilinear blend is no more than a too high |
 
 Why: d is 1-Lipschitz, so d(x) ≥ d_c − ‖x − c‖ for every node; a blend with weights w_c is at most Σ w_c ‖x − c‖ ≤ a
-above the best of these. Outside the region R, which holds all that is solid, with q the nearest point of R:
-d(x)² ≥ ‖x − q‖² + d(q)², as the way from q into R makes no acute angle with the way from q to x.
+above the best of these. Outside the region R, with q the nearest point of R: where R holds all that is solid,
+d(x)² ≥ ‖x − q‖² + d(q)², as the way from q into R makes no acute angle with the way from q to x; the ground goes on
+beyond R, and there only d(x) ≥ d(q) − ‖x − q‖ is known.
 """
 
 from __future__ import annotations
@@ -39,17 +40,19 @@ CELLS_AT_ONCE = 8
 
 
 class DistanceGrid(eqx.Module):
-    """Signed distances at the nodes of a regular grid over a region that holds all that is solid.
+    """Signed distances at the nodes of a regular grid over a region.
 
     Attributes:
         low_m: The first node, shape (3,).
         cell_m: Distances between nodes along each axis, shape (3,).
         values_m: Shape (nx, ny, nz), two or more along each axis.
+        holds_all: Whether nothing is solid beyond the region.
     """
 
     low_m: Float[np.ndarray | Array, "3"]
     cell_m: Float[np.ndarray | Array, "3"]
     values_m: Float[np.ndarray | Array, "nx ny nz"]
+    holds_all: bool = eqx.field(static=True, default=True)
 
     def distance(self, points_m: AnyArray) -> AnyArray:
         """A continuous distance that is nowhere above the true one, for points of shape (..., 3).
@@ -68,7 +71,7 @@ class DistanceGrid(eqx.Module):
         for corner in np.ndindex(2, 2, 2):
             away = np.linalg.norm((share - np.array(corner)) * self.cell_m, axis=-1)
             best = np.maximum(best, self.values_m[tuple(np.moveaxis(index + np.array(corner), -1, 0))] - away)
-        return _outside(np, best, beyond)
+        return self._outside(np, best, beyond)
 
     @property
     def half_diagonal_m(self) -> Values:
@@ -95,7 +98,15 @@ class DistanceGrid(eqx.Module):
                 * (share[..., 2] if k else 1.0 - share[..., 2])
             )
             blend = blend + weight * flat[base + (i * ny + j) * nz + k]
-        return _outside(xp, blend - self.half_diagonal_m, beyond)
+        return self._outside(xp, blend - self.half_diagonal_m, beyond)
+
+    def _outside(self, xp: types.ModuleType, inner: Values, beyond: Values) -> Values:
+        """What follows beyond the region from the distance at its nearest point: the hypotenuse, or what is left."""
+        if self.holds_all:
+            outside = safe_sqrt(xp, beyond + xp.maximum(inner, 0.0) ** 2)
+        else:
+            outside = inner - safe_sqrt(xp, beyond)
+        return xp.where(beyond > 0.0, outside, inner)
 
 
 def from_voxels(
@@ -222,8 +233,12 @@ def from_heights(
     post_m: float,
     region: Workspace,
     cell_m: float,
+    reach_m: float,
 ) -> DistanceGrid:
     """The ground: solid below heights that are known at posts and bilinear between them.
+
+    What is solid is known in the region and as far around it as is said, and no node claims more than its distance to
+    where it is not.
 
     Args:
         heights_m: Axes east, north.
@@ -231,6 +246,7 @@ def from_heights(
         post_m: Distance between posts.
         region: Where distances are wanted; beyond the posts the outermost heights go on.
         cell_m: Edge length of a cell; larger where that would be too many cells.
+        reach_m: How far beyond the region's sides the ground counts.
 
     Raises:
         ValueError: Heights that are not finite.
@@ -238,12 +254,14 @@ def from_heights(
     heights = np.asarray(heights_m, dtype=float)
     if heights.ndim != 2 or not np.isfinite(heights).all():
         raise ValueError(f"terrain needs finite heights along two axes, got shape {heights.shape}")
-    size = _fitting_cell(region.lengths_m, cell_m)
-    counts = np.maximum(np.ceil(region.lengths_m / size).astype(int), 1)
+    around = np.array([reach_m, reach_m, 0.0])
+    low, high = region.box_min_m - around, region.box_max_m + around
+    size = _fitting_cell(high - low, cell_m)
+    counts = np.maximum(np.ceil((high - low) / size).astype(int), 1)
     # On the lines of columns and posts together the surface is known at every corner of its pieces.
     surface, starts = heights, []
     for axis in (0, 1):
-        lines = region.box_min_m[axis] + size * np.arange(counts[axis] + 1)
+        lines = low[axis] + size * np.arange(counts[axis] + 1)
         posts = np.asarray(low_m, dtype=float)[axis] + post_m * np.arange(heights.shape[axis])
         both = np.unique(np.concatenate([lines, posts[(posts > lines[0]) & (posts < lines[-1])]]))
         place = np.clip((both - posts[0]) / post_m, 0.0, heights.shape[axis] - 1.0)
@@ -255,15 +273,18 @@ def from_heights(
         within = np.maximum.reduceat(column, start[:-1], axis=axis)
         column = np.maximum(within, np.take(column, start[1:], axis=axis))
     # Solid goes down past everything, so that no way leads under the ground.
-    bottom = min(float(column.min()), float(region.box_min_m[2])) - 2.0 * size
-    layers = int(np.ceil((region.box_max_m[2] - bottom) / size))
+    bottom = min(float(column.min()), float(low[2])) - 2.0 * size
+    layers = int(np.ceil((high[2] - bottom) / size))
     floors = bottom + size * np.arange(layers)
-    return from_voxels(column[:, :, None] > floors, np.append(region.box_min_m[:2], bottom), size, region)
-
-
-def _outside(xp: types.ModuleType, inner: Values, beyond: Values) -> Values:
-    """The distance at the nearest point of the region, and beyond the region the hypotenuse."""
-    return xp.where(beyond > 0.0, safe_sqrt(xp, beyond + xp.maximum(inner, 0.0) ** 2), inner)
+    low[2] = bottom
+    grid = from_voxels(column[:, :, None] > floors, low, size, Workspace(low, high))
+    values = np.asarray(grid.values_m)
+    for axis in range(3):
+        node = grid.low_m[axis] + grid.cell_m[axis] * np.arange(values.shape[axis])
+        # Above there is only air.
+        wall = node - low[axis] if axis == 2 else np.minimum(node - low[axis], high[axis] - node)
+        values = np.minimum(values, np.expand_dims(wall, [other for other in range(3) if other != axis]))
+    return DistanceGrid(grid.low_m, grid.cell_m, values, holds_all=False)
 
 
 def _cell_of(xp: types.ModuleType, place: Values, shape: tuple[int, ...]) -> tuple[Values, Values]:

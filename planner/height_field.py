@@ -91,6 +91,7 @@ def ground(
     post_m: Float[np.ndarray, "2"],
     region: Workspace,
     cell_m: float,
+    reach_m: float,
 ) -> HeightField:
     """Terrain: solid below.
 
@@ -100,6 +101,8 @@ def ground(
         post_m: Distances between posts along east and north.
         region: Where distances are wanted.
         cell_m: Edge length of a cell of the grid that steep ground gets besides.
+        reach_m: How far beyond the region's sides that grid looks for ground: further than is kept from it, or the grid
+            is no help near the sides.
 
     Raises:
         ValueError: Heights that are not finite, or fewer than two posts along an axis.
@@ -110,7 +113,7 @@ def ground(
     steepest = steepest_slope(heights, post)
     near = None
     if steepest > STEEP and post[0] == post[1]:
-        near = from_heights(heights, low_m, float(post[0]), region, cell_m)
+        near = from_heights(heights, low_m, float(post[0]), region, cell_m, reach_m)
     return HeightField(
         np.asarray(low_m, dtype=float), post, _padded(heights), np.array(1.0), np.array(_slant(steepest)), near
     )

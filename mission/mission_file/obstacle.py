@@ -147,7 +147,10 @@ class Voxels(Section):
 
 
 class Terrain(Section):
-    """The ground: a raster of heights (`.npy`, `.npz` or GeoTIFF), solid below."""
+    """The ground: a raster of heights (`.npy`, `.npz` or GeoTIFF), solid below.
+
+    Where the raster ends its outermost heights go on: it should reach further beyond the box than is kept from obstacles.
+    """
 
     kind: Literal["terrain"]
     """`terrain`"""

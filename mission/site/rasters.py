@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import dataclasses
 import zipfile
+from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
@@ -135,6 +136,7 @@ def read_geotiff(
     origin: GeodeticPoint,
     low_m: Float[np.ndarray, "2"],
     high_m: Float[np.ndarray, "2"],
+    border_m: Callable[[float], float] = lambda cell_m: 0.0,
 ) -> Raster:
     """The part of a GeoTIFF over a rectangle, resampled to cells along east and north.
 
@@ -146,6 +148,7 @@ def read_geotiff(
         origin: Of the local frame.
         low_m: South-western corner.
         high_m: North-eastern corner.
+        border_m: How far around the rectangle it is read too, by the edge length of the file's cells.
 
     Raises:
         ValueError: rasterio is not installed, or the file has no projection or does not reach the rectangle.
@@ -171,6 +174,8 @@ def read_geotiff(
                     f"{path.name} covers east {left:.0f} … {right:.0f} m and north {bottom:.0f} … {top:.0f} m from the "
                     "origin, which does not touch the box: is site.origin right?"
                 )
+            border = border_m(cell_m)
+            low, high = low - border, high + border
             count = np.maximum(np.ceil((high - low) / cell_m).astype(int), 1)
             if np.prod(count, dtype=float) > MOST_CELLS:
                 raise ValueError(f"{path.name} has cells of {cell_m:.3g} m, too small for a box of this size")

@@ -7,6 +7,8 @@ import functools
 from pathlib import Path
 
 import numpy as np
+from jaxtyping import Float
+from scipy.ndimage import distance_transform_edt
 
 from mission.mission_file.obstacle import Mesh, Points, Terrain, Voxels
 from mission.site.position_table import read_positions
@@ -21,8 +23,10 @@ MOST_TRIANGLES = 2_000_000
 # Of what is kept from obstacles: what a grid of distances cannot prove is about a cell.
 CELL_SHARE = 0.25
 LEAST_CELL_M = 0.02
-# Terrain is read so many cells past the region, so that its border is surrounded by posts.
+# Terrain is read so many cells past the region, so that its border is surrounded by posts,
 BORDER_POSTS = 2.0
+# and as far as what is kept from it reaches, with what is allowed on top to round corners and bridge samples.
+REACH_SHARE = 3.0
 KEPT = 8
 
 
@@ -51,6 +55,15 @@ class Frame:
     def cell_m(self) -> float:
         """The cell wanted for a grid of distances."""
         return max(CELL_SHARE * self.keep_out_m, LEAST_CELL_M)
+
+    @property
+    def reach_m(self) -> float:
+        """How far beyond the region ground counts."""
+        return REACH_SHARE * self.keep_out_m
+
+    def border_m(self, raster_cell_m: float) -> float:
+        """How far beyond the region a raster of the ground is read."""
+        return max(BORDER_POSTS * raster_cell_m, self.reach_m + raster_cell_m)
 
 
 def grid_of(entry: Points | Mesh | Voxels, frame: Frame) -> DistanceGrid:
@@ -103,20 +116,14 @@ def surfaces_of(entry: Terrain, frame: Frame) -> tuple[HeightField, ...]:
 
 @functools.lru_cache(maxsize=KEPT)
 def _surfaces_of(entry: Terrain, frame: Frame, _: object) -> tuple[HeightField, ...]:
-    raster = _raster_of(entry, frame.origin, frame.region)
-    name = entry.file.name
-    missing = ~np.isfinite(raster.values)
-    if missing.any():
-        east, north = raster.low_m + (np.argwhere(missing)[0] + 0.5) * raster.cell_m
-        raise ValueError(
-            f"{name} has no height in {int(missing.sum())} of {missing.size} cells of the site, the first at east "
-            f"{east:.0f}, north {north:.0f} m: fill the gaps, or move the box"
-        )
+    raster = _raster_of(entry, frame)
+    _demand_heights(entry.file.name, raster, frame.region)
     above_m = frame.origin.altitude_amsl_m if entry.heights == "above-sea-level" else 0.0
-    heights = np.array(raster.values, dtype=float) - above_m
+    heights = _filled(raster.values) - above_m
     # A single row or column goes on to both sides.
     heights = np.pad(heights, [(0, max(0, 2 - count)) for count in heights.shape], mode="edge")
-    field = ground(heights, raster.low_m + 0.5 * raster.cell_m, raster.cell_m, frame.region, frame.cell_m)
+    first_post_m = raster.low_m + 0.5 * raster.cell_m
+    field = ground(heights, first_post_m, raster.cell_m, frame.region, frame.cell_m, frame.reach_m)
     return field, *band(field, entry.least_height_m, entry.greatest_height_m, frame.keep_out_m)
 
 
@@ -129,10 +136,29 @@ def _version(file: Path) -> tuple[int, int]:
     return state.st_mtime_ns, state.st_size
 
 
-def _raster_of(entry: Terrain, origin: GeodeticPoint, region: Workspace) -> Raster:
-    low, high = region.box_min_m[:2], region.box_max_m[:2]
+def _demand_heights(name: str, raster: Raster, region: Workspace) -> None:
+    # Of the cells on the border those whose middles lie inside.
+    inset = np.minimum(0.5 * raster.cell_m, 0.5 * region.lengths_m[:2])
+    site = raster.clipped(region.box_min_m[:2] + inset, region.box_max_m[:2] - inset)
+    missing = ~np.isfinite(site.values)
+    if missing.any():
+        east, north = site.low_m + (np.argwhere(missing)[0] + 0.5) * site.cell_m
+        raise ValueError(
+            f"{name} has no height in {int(missing.sum())} of {missing.size} cells of the site, the first at east "
+            f"{east:.0f}, north {north:.0f} m: fill the gaps, or move the box"
+        )
+
+
+def _filled(heights_m: Float[np.ndarray, "east north"]) -> Float[np.ndarray, "east north"]:
+    """Where the file tells no height, that of the nearest cell goes on."""
+    nearest = distance_transform_edt(~np.isfinite(heights_m), return_distances=False, return_indices=True)
+    return heights_m[tuple(np.asarray(nearest))]
+
+
+def _raster_of(entry: Terrain, frame: Frame) -> Raster:
+    low, high = frame.region.box_min_m[:2], frame.region.box_max_m[:2]
     if entry.file.suffix.lower() in (".tif", ".tiff"):
-        return read_geotiff(entry.file, origin, low, high)
+        return read_geotiff(entry.file, frame.origin, low, high, frame.border_m)
     if entry.cell_m is None:
         raise ValueError(f"{entry.file.name} does not say how large its cells are: write cell_m")
     raster = read_raster(
@@ -142,7 +168,7 @@ def _raster_of(entry: Terrain, origin: GeodeticPoint, region: Workspace) -> Rast
         center_m=entry.center_enu_m or (0.0, 0.0),
         north_first=entry.rows == "north-to-south",
     )
-    border = BORDER_POSTS * raster.cell_m
+    border = frame.border_m(float(raster.cell_m.max()))
     part = raster.clipped(low - border, high + border)
     uncovered = np.maximum(part.low_m - low, high - part.high_m).max()
     if uncovered > raster.cell_m.max():

@@ -92,6 +92,41 @@ def test_terrain_lies_where_its_rows_say_and_as_high_above_the_sea(sound, tmp_pa
     assert triangles.max() == len(vertices) - 1
 
 
+@pytest.mark.parametrize("kind", ["npy", "tif"])
+def test_a_cliff_that_stands_outside_the_box_is_kept_away_from(kind, sound, tmp_path):
+    # Posts every 2 m from -39 to 539; the cliff's foot is 6 m east of the box, three posts away.
+    middles = np.arange(-39.0, 540.0, 2.0)
+    rows = np.tile(np.where(middles > 507.5, 300.0, 0.0), (len(middles), 1))
+    entry = f"kind='terrain', file='{tmp_path / f'ground.{kind}'}', heights='above-origin'"
+    if kind == "npy":
+        np.save(tmp_path / "ground.npy", rows)
+        entry += ", cell_m=2.0, center_enu_m=[250.0, 250.0]"
+    else:
+        rasterio = pytest.importorskip("rasterio")
+        origin = load(sound).site.origin.point()
+        local = f"+proj=aeqd +lat_0={origin.latitude_deg} +lon_0={origin.longitude_deg} +datum=WGS84 +units=m"
+        with rasterio.open(
+            tmp_path / "ground.tif", "w", driver="GTiff", width=len(middles), height=len(middles), count=1,
+            dtype="float64", crs=local, transform=rasterio.Affine(2.0, 0.0, -40.0, 0.0, -2.0, 540.0),
+        ) as target:  # fmt: skip
+            target.write(rows, 1)
+    mission = load(sound, [f"obstacle=[{{{entry}}}]", "flight.clearance_margin_m=9.0"])
+    assert 9.0 < mission.keep_out_m < 10.0
+    obstacles = problem_from_mission(mission).obstacles
+    beside = np.random.default_rng(3).uniform([490.0, 10.0, 21.0], [500.0, 490.0, 79.0], (500, 3))
+    truth = 507.0 - beside[:, 0]
+    assert (obstacles.lower_bound(beside) <= truth + 0.5).all()
+
+
+def test_ground_that_has_gaps_outside_the_box_goes_on_there_as_it_is_beside_them(sound, tmp_path):
+    rows = np.full((80, 80), 5.0)
+    rows[:, -10:] = np.nan
+    np.save(tmp_path / "ground.npy", rows)
+    entry = f"kind='terrain', file='{tmp_path / 'ground.npy'}', heights='above-origin', cell_m=10.0"
+    problem = problem_from_mission(with_obstacle(sound, f"{entry}, center_enu_m=[200.0, 250.0]"))
+    assert float(problem.obstacles.surfaces[0].height_at(np.array([600.0, 250.0]))) == 5.0
+
+
 def test_heights_above_the_ground_are_kept_and_cut_the_information(sound, tmp_path):
     np.save(tmp_path / "flat.npy", np.zeros((30, 30)))
     entry = (

@@ -111,7 +111,7 @@ def test_terrain_is_solid_below_its_heights() -> None:
     rng = np.random.default_rng(4)
     heights = np.cumsum(rng.normal(size=(9, 8)), axis=0) + 3.0
     low, post = np.array([-1.0, -2.0]), 3.1
-    grid = from_heights(heights, low, post, REGION, 0.4)
+    grid = from_heights(heights, low, post, REGION, 0.4, reach_m=12.0)
     places = rng.uniform(REGION.box_min_m, REGION.box_max_m, (3000, 3))
     from scipy.interpolate import RegularGridInterpolator
 
@@ -123,14 +123,28 @@ def test_terrain_is_solid_below_its_heights() -> None:
     assert (bound <= np.maximum(above, 0.0) + 1e-9).all()
     assert (bound[above < 0.0] <= 1e-9).all()
     # The true distance by brute force, against a dense surface.
-    dense = [np.linspace(0.0, limit, 200) for limit in REGION.box_max_m[:2]]
+    dense = [np.linspace(-12.0, limit + 12.0, 400) for limit in REGION.box_max_m[:2]]
     surface = np.stack(np.meshgrid(*dense, indexing="ij"), axis=-1).reshape(-1, 2)
-    surface = np.column_stack([surface, RegularGridInterpolator(posts, heights)(surface)])
+    on_posts = np.clip(surface, [axis[0] for axis in posts], [axis[-1] for axis in posts])
+    surface = np.column_stack([surface, RegularGridInterpolator(posts, heights)(on_posts)])
     for place, value in zip(places[above > 0.0][:200], bound[above > 0.0][:200], strict=True):
         nearest = np.sqrt(((surface - place) ** 2).sum(axis=1).min())
         assert value <= nearest + 1e-9
         # A column is as high as its highest corner: on slopes that costs about a cell.
         assert nearest - value < 1.6
+
+
+@pytest.mark.parametrize("reach_m", [0.0, 3.0])
+def test_ground_is_never_said_to_be_farther_than_ground_that_was_not_looked_at_may_be(reach_m: float) -> None:
+    posts = np.arange(-40.0, 61.0, 2.0)
+    heights = np.zeros((len(posts), len(posts)))
+    grid = from_heights(heights, np.full(2, posts[0]), 2.0, REGION, 0.4, reach_m)
+    around = np.array([8.0, 8.0, 0.0])
+    places = np.random.default_rng(8).uniform(REGION.box_min_m - around, REGION.box_max_m + around, (2000, 3))
+    known_low, known_high = REGION.box_min_m[:2] - reach_m, REGION.box_max_m[:2] + reach_m
+    to_unknown = np.minimum(places[:, :2] - known_low, known_high - places[:, :2]).min(axis=1)
+    assert (grid.lower_bound(places) <= np.minimum(places[:, 2], to_unknown) + 1e-9).all()
+    assert (grid.distance(places) <= grid.lower_bound(places) + 1e-9).all()
 
 
 def test_single_precision_and_derivatives_agree_with_the_host() -> None:
@@ -176,7 +190,7 @@ def test_the_gate_proves_clearance_against_a_grid_as_against_the_shape() -> None
         (lambda: from_voxels(np.ones((3, 3, 3), dtype=bool), np.zeros(3), 0.0, REGION), "positive edges"),
         (lambda: from_points(np.zeros((0, 3)), 1.0, REGION, 1.0), "finite points"),
         (lambda: from_points(np.zeros((1, 3)), 1.0, REGION, -1.0), "positive edges"),
-        (lambda: from_heights(np.full((3, 3), np.nan), np.zeros(2), 1.0, REGION, 1.0), "finite heights"),
+        (lambda: from_heights(np.full((3, 3), np.nan), np.zeros(2), 1.0, REGION, 1.0, 1.0), "finite heights"),
         (lambda: from_mesh(np.zeros((3, 3)), np.zeros((0, 3), dtype=int), REGION, 1.0), "needs triangles"),
     ],
 )
