@@ -75,6 +75,7 @@ def main() -> None:
         ("20 to 200 m", lambda o: 20.0 < o.width_m <= 200.0),
         ("over 200 m", lambda o: o.width_m > 200.0),
         ("more than 20 obstacles", lambda o: o.obstacles > 20),
+        ("rough ground", lambda o: o.kind.rough),
         ("all", lambda o: True),
     ):
         chosen = [outcome for outcome in outcomes if keep(outcome)]

@@ -7,10 +7,13 @@ knots a path has and about how many obstacles of each kind there are. Everything
 from __future__ import annotations
 
 import dataclasses
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
+from mission.mission_file.obstacle import Terrain
+from mission.site.scans import Frame, surfaces_of
 from planner.distance_grid import from_voxels
 from planner.information import gaussians, uniform
 from planner.obstacles import Box, Cylinder, Obstacle, ObstacleField, Prism, Sphere
@@ -18,12 +21,17 @@ from planner.problem import Limits, Options, Problem
 from planner.scene import KNOTS_PER_HALF_WAVE, TURN_SHARE
 from planner.trajectory import Motion
 from planner.workspace import Workspace
+from sim_bridge.state import GeodeticPoint
 
 CANDIDATES = 2
 FLAT_MODES, DEEP_MODES = (8, 8, 1), (6, 6, 4)
 SMALLEST_M, LARGEST_M = 3.0, 3000.0
 VOXELS = (16, 16, 8)
 PLACES_TRIED = 200
+# Rough ground: cells of the raster a box width, how far it goes on beyond the box, what is kept from it, as shares of
+# the width, and the box's proportions: with these fixed the grids of distances have one size.
+CELLS_A_WIDTH, GROUND_BEYOND, GROUND_KEPT = 24, 0.25, 0.04
+GROUND_BOX = np.array([1.0, 0.75, 0.4])
 ORIGIN = {"latitude_deg": 47.4, "longitude_deg": 8.5, "altitude_amsl_m": 488.0}
 
 
@@ -38,6 +46,7 @@ class WorldClass:
         most: Obstacles of each kind, at most.
         voxels: Whether a grid of cells stands among the shapes.
         fenced: Whether a polygon holds the flight.
+        rough: Whether there is ground below, rough and with cliffs, in the box and around it.
     """
 
     flat: bool
@@ -46,6 +55,7 @@ class WorldClass:
     most: int
     voxels: bool = False
     fenced: bool = False
+    rough: bool = False
 
 
 CLASSES = (
@@ -59,6 +69,8 @@ CLASSES = (
     WorldClass(flat=False, segments=64, fewest=9, most=10),
     WorldClass(flat=False, segments=64, fewest=5, most=8, fenced=True),
     WorldClass(flat=False, segments=64, fewest=1, most=4, voxels=True),
+    WorldClass(flat=False, segments=64, fewest=0, most=0, rough=True),
+    WorldClass(flat=False, segments=96, fewest=1, most=4, rough=True),
 )
 
 
@@ -86,8 +98,8 @@ class World:
         return len([entry for entry in self.entries if not entry.get("voxel")]) + self.kind.voxels
 
 
-def draw(seed: int) -> World:
-    """The world of a seed."""
+def draw(seed: int, folder: Path) -> World:
+    """The world of a seed; ground becomes a file in a folder."""
     rng = np.random.default_rng(seed)
     kind = CLASSES[seed % len(CLASSES)]
     modes = FLAT_MODES if kind.flat else DEEP_MODES
@@ -105,6 +117,9 @@ def draw(seed: int) -> World:
     # As much time as makes the planner choose so many knots, but always enough to cross the box three times.
     duration_s = max(kind.segments * interval_s * 0.98, 3.0 * float(np.linalg.norm(box.lengths_m)) / speed)
     radius_m, margin_m = (float(width_m * rng.uniform(0.002, 0.01)) for _ in range(2))
+    if kind.rough:
+        radius_m = width_m * GROUND_KEPT * rng.uniform(0.1, 0.9)
+        margin_m = width_m * GROUND_KEPT - radius_m
     fence = _fence(rng, box) if kind.fenced else None
     entries = _entries(rng, kind, box)
     shapes: list[Obstacle] = [_shape(entry) for entry in entries]
@@ -113,6 +128,11 @@ def draw(seed: int) -> World:
         cell_m = box.lengths_m / np.array(VOXELS)
         shapes.append(from_voxels(occupied, box.box_min_m, cell_m, box))
         entries += [_cell(box, cell_m, np.array(index)) for index in np.argwhere(occupied)]
+    if kind.rough:
+        entries.append(_ground(rng, box, folder))
+        low, high = (tuple(corner.tolist()) for corner in (box.box_min_m, box.box_max_m))
+        frame = Frame(GeodeticPoint(**ORIGIN), low, high, radius_m + margin_m)
+        shapes += surfaces_of(Terrain.model_validate(entries[-1]), frame)
     draft = Problem(
         workspace=box,
         information=uniform(box, (32, 32, 8)) if rng.random() < 0.3 else _mixture(rng, box),
@@ -140,6 +160,9 @@ def _box(rng: np.random.Generator, kind: WorldClass) -> Workspace:
     width = float(np.exp(rng.uniform(np.log(SMALLEST_M), np.log(LARGEST_M))))
     depth = width * rng.uniform(0.5, 1.0)
     height = 0.1 * width if kind.flat else width * rng.uniform(0.15, 1.0)
+    if kind.rough:
+        width = min(width, 120.0 / GROUND_BOX[2])
+        depth, height = width * GROUND_BOX[1:]
     low = rng.uniform(-1.0, 1.0, 3) * width
     low[2] = abs(low[2]) * 0.1
     return Workspace(low, low + np.array([width, depth, min(height, 120.0)]))
@@ -221,6 +244,37 @@ def _occupied(rng: np.random.Generator) -> np.ndarray:
 def _cell(box: Workspace, cell_m: np.ndarray, index: np.ndarray) -> dict[str, Any]:
     low = box.box_min_m + index * cell_m
     return {"kind": "box", "min_enu_m": low.tolist(), "max_enu_m": (low + cell_m).tolist(), "voxel": True}
+
+
+def _ground(rng: np.random.Generator, box: Workspace, folder: Path) -> dict[str, Any]:
+    """Hills, and cliffs that run north or east: some of them just outside the box, where paths come close unseen."""
+    cell_m = float(box.lengths_m[0]) / CELLS_A_WIDTH
+    middle = 0.5 * (box.box_min_m + box.box_max_m)
+    half = np.ceil((0.5 + GROUND_BEYOND) * box.lengths_m[:2] / cell_m)
+    axes = [cell_m * np.arange(0.5 - count, count) for count in half]
+    east, north = np.meshgrid(*axes, indexing="ij")
+    share = np.zeros(east.shape)
+    for _ in range(int(rng.integers(1, 5))):
+        top, wide = rng.uniform(-0.6, 0.6, 2) * box.lengths_m[:2], rng.uniform(0.05, 0.3) * box.lengths_m[0]
+        share += rng.uniform(0.05, 0.3) * np.exp(-0.5 * ((east - top[0]) ** 2 + (north - top[1]) ** 2) / wide**2)
+    share += rng.uniform(0.0, 0.04) * rng.random(share.shape)
+    for _ in range(int(rng.integers(0, 4))):
+        axis, side = int(rng.integers(2)), rng.choice([-1.0, 1.0])
+        foot_m = 0.5 * box.lengths_m[axis] + cell_m * rng.uniform(-2.0, 5.0)
+        share += rng.uniform(0.2, 2.0) * (side * (east, north)[axis] > foot_m)
+    # The box is free at its middle.
+    inner = (np.abs(east) < 0.3 * box.lengths_m[0]) & (np.abs(north) < 0.3 * box.lengths_m[1])
+    share *= min(1.0, 0.6 / share[inner].max())
+    heights = box.box_min_m[2] + box.lengths_m[2] * share
+    file = folder / "ground.npy"
+    np.save(file, heights.T[::-1])
+    return {
+        "kind": "terrain",
+        "file": file,
+        "cell_m": cell_m,
+        "center_enu_m": middle[:2].tolist(),
+        "heights": "above-origin",
+    }
 
 
 def _mixture(rng: np.random.Generator, box: Workspace):

@@ -3,11 +3,13 @@
 from __future__ import annotations
 
 import dataclasses
+import tempfile
 import time
+from pathlib import Path
 
 from benchmarks.timing import without_baseline
 from benchmarks.worlds.confirming import confirmed
-from benchmarks.worlds.drawn import WorldClass, draw
+from benchmarks.worlds.drawn import World, WorldClass, draw
 from benchmarks.worlds.simple_tours import first_feasible, lawnmowers, straight_lines
 from mission.planning import CompileTime
 from planner.solver import solve
@@ -58,7 +60,11 @@ class Outcome:
 
 def tried(seed: int) -> Outcome:
     """Plan the world of a seed, and try the simple tours in it."""
-    world = draw(seed)
+    with tempfile.TemporaryDirectory() as folder:
+        return _tried(draw(seed, Path(folder)))
+
+
+def _tried(world: World) -> Outcome:
     problem = world.problem
     with without_baseline(), CompileTime() as compiling:
         started_s = time.perf_counter()
@@ -76,7 +82,7 @@ def tried(seed: int) -> Outcome:
     unsound = [f"{name}: {fault}" for name, curve in curves.items() for fault in confirmed(world, curve).faults]
     refused = [candidate.report.violations[0].text for candidate in plan.candidates if not candidate.feasible]
     return Outcome(
-        seed=seed,
+        seed=world.seed,
         kind=world.kind,
         width_m=float(problem.workspace.lengths_m[0]),
         obstacles=world.obstacles,

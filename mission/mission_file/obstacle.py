@@ -149,7 +149,8 @@ class Voxels(Section):
 class Terrain(Section):
     """The ground: a raster of heights (`.npy`, `.npz` or GeoTIFF), solid below.
 
-    Where the raster ends its outermost heights go on: it should reach further beyond the box than is kept from obstacles.
+    Where the raster ends its outermost heights go on: it should reach further beyond the box than is kept from
+    obstacles.
     """
 
     kind: Literal["terrain"]

@@ -14,6 +14,7 @@ from scipy.spatial import KDTree
 
 SAMPLES_A_CELL = 6
 REACH_CELLS = 30
+CLOSEST = 1000
 CORNERS = 27
 
 
@@ -51,10 +52,20 @@ def terrain_distance(entry: dict[str, Any], origin: dict[str, float], points: np
         np.arange(max(axis[0], low - reach), min(axis[-1], high + reach), step)
         for axis, low, high in zip(ground.grid, points[:, :2].min(axis=0), points[:, :2].max(axis=0), strict=True)
     ]
-    flat = np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2)
+    low, high = (np.array([axis[end] for axis in ground.grid]) for end in (0, -1))
+    flat = np.clip(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2), low, high)
     surface = KDTree(np.column_stack([flat, ground(flat)]))
     above = heights_above(entry, origin, points)
-    return np.where(above > 0.0, surface.query(points)[0], above)
+    found, nearest = surface.query(points)
+    # On cliffs samples are far apart: where it is closest, the surface around the nearest is looked at once more.
+    close = np.argsort(found)[:CLOSEST]
+    offsets = np.linspace(-step, step, SAMPLES_A_CELL**2 + 1)
+    around = np.stack(np.meshgrid(offsets, offsets, indexing="ij"), axis=-1).reshape(-1, 2)
+    for some in np.array_split(close, max(1, len(close) // 100)):
+        places = np.clip(flat[nearest[some], None] + around, low, high)
+        beside = np.concatenate([places, ground(places)[..., None]], axis=-1)
+        found[some] = np.minimum(found[some], np.linalg.norm(beside - points[some, None], axis=-1).min(axis=1))
+    return np.where(above > 0.0, found, above)
 
 
 def heights_above(entry: dict[str, Any], origin: dict[str, float], points: np.ndarray) -> np.ndarray:
