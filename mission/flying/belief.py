@@ -13,6 +13,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
+from planner.polyline import length_of
 from planner.problem import Covered, Problem
 from planner.spectral_metric import mean_basis
 from sim_bridge.state import Vector
@@ -64,6 +65,17 @@ class Belief:
     def flown_yaw_rad(self) -> Float[np.ndarray, "time"]:
         """The heading at each of those positions; NaN where it is not known."""
         return np.array(self._yaw_rad, dtype=float)
+
+
+def with_length_left(problem: Problem, flown_m: Float[np.ndarray, "time 3"]) -> Problem | None:
+    """The problem with as much of its length as was not flown; None: nothing of it is left.
+
+    Args:
+        problem: What is left but for its `max_length_m`, which is that of the whole exploration.
+        flown_m: Every position that was flown, and those on the way to where it starts.
+    """
+    left_m = problem.max_length_m - length_of(np.concatenate([flown_m, problem.start.position_m[None]]))
+    return dataclasses.replace(problem, max_length_m=left_m) if left_m > 0.0 else None
 
 
 def covered_by(

@@ -13,7 +13,7 @@ from jaxtyping import Float
 
 from mission.executive.executive import Executive
 from mission.executive.phases import Phase
-from mission.flying.belief import INTERVAL_S, Belief
+from mission.flying.belief import INTERVAL_S, Belief, with_length_left
 from mission.flying.replanning import Replanner, Reply, Request, Verdict, judge
 from planner.plan import Plan
 from planner.problem import Metric, Options, Problem
@@ -117,6 +117,10 @@ class ReplanCycle:
         if not due or not (held or self._flows(executive)):
             return None
         request = self._from_standstill(executive) if held else self._from_ahead(executive, now_s, rate)
+        problem = None if request is None else with_length_left(request.problem, request.flown_m)
+        if held and problem is None:
+            self._failed_while_held += 1
+        request = None if request is None or problem is None else dataclasses.replace(request, problem=problem)
         if request is not None:
             self._number = request.number
             self._asked_s, self._urgent = now_s, False

@@ -7,7 +7,7 @@ import time
 
 import numpy as np
 
-from mission.flying.belief import after
+from mission.flying.belief import after, with_length_left
 from mission.flying.flight_folder import FlightFolder
 from mission.flying.journal import Unfinished, unfinished
 from mission.planning import CompileTime, Planned, keep_compiled
@@ -73,7 +73,13 @@ def _planned_anew(flight: FlightFolder, left: Unfinished) -> Planned:
     rest = left.trajectory
     here = Motion.at_rest(rest.motion_at(left.from_s).position_m)
     problem = dataclasses.replace(flight.problem, start=here, duration_s=left.remaining_s)
-    known = after(problem, left.flown_m, flight.options.modes, left.flown_yaw_rad)
+    # Replans subtract what was flown by themselves, from the length of the whole exploration.
+    shorter = with_length_left(problem, left.flown_m)
+    if shorter is None:
+        raise ValueError(
+            f"the rest of the course is blocked, and planner.max_length_m = {problem.max_length_m:g} m is flown already"
+        )
+    known = after(shorter, left.flown_m, flight.options.modes, left.flown_yaw_rad)
     deadline_s = began_s + flight.mission.planner.time_limit_s
     with CompileTime() as compiling:
         plan = solve(

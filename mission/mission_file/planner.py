@@ -28,7 +28,7 @@ class Planner(Section):
     duration_s: Annotated[float, Field(ge=0.1, le=86_400.0, examples=[600.0])]
     """Time from start to end."""
     max_length_m: Annotated[float | None, Field(ge=0.1, le=1e7, examples=[3000.0])] = None
-    """Greatest length of the path; absent: what the speed allows."""
+    """Greatest length of the path, with all that replans and resumed flights add; absent: what the speed allows."""
     candidates: Annotated[int, Field(ge=1, le=4096)] = 8
     """How many paths the set has."""
     modes: Annotated[tuple[Modes, Modes, Modes] | None, Strict(False), Field(examples=[[16, 16, 4]])] = None

@@ -56,7 +56,7 @@ def terrain_distance(entry: dict[str, Any], origin: dict[str, float], points: np
     flat = np.clip(np.stack(np.meshgrid(*axes, indexing="ij"), axis=-1).reshape(-1, 2), low, high)
     surface = KDTree(np.column_stack([flat, ground(flat)]))
     above = heights_above(entry, origin, points)
-    found, nearest = surface.query(points)
+    found, nearest = (np.asarray(part) for part in surface.query(points))
     # On cliffs samples are far apart: where it is closest, the surface around the nearest is looked at once more.
     close = np.argsort(found)[:CLOSEST]
     offsets = np.linspace(-step, step, SAMPLES_A_CELL**2 + 1)
