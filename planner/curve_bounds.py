@@ -217,6 +217,36 @@ def least_along(
         low, inherited = np.concatenate([low, low + width]), np.tile(inherited, 2)
 
 
+def length_bound(bezier_m: Float[np.ndarray, "piece 4 axis"], resolution: float) -> float:
+    """What no curve is longer than: the polygon of its Bézier points.
+
+    Pieces are halved until polygon and chord, which no curve is shorter than, are together; also where the curve stands
+    and turns back.
+
+    Args:
+        bezier_m: The curve's pieces.
+        resolution: By what share of the length the bound may be too long.
+    """
+    left, right = _halving(4)
+    active, width, settled_m = bezier_m, 1.0, 0.0
+    allowed_m = resolution * float(_polygons(bezier_m).sum()) / len(bezier_m)
+    for _ in range(_MOST_HALVINGS):
+        polygon = _polygons(active)
+        chord = np.linalg.norm(active[:, -1] - active[:, 0], axis=1)
+        open_still = polygon - chord > allowed_m * width
+        settled_m += float(polygon[~open_still].sum())
+        if not open_still.any():
+            return settled_m
+        active, width = active[open_still], width / 2.0
+        active = np.concatenate([np.einsum("cb,pba->pca", half, active) for half in (left, right)])
+    return settled_m + float(_polygons(active).sum())
+
+
+def _polygons(bezier_m: Float[np.ndarray, "piece 4 axis"]) -> Float[np.ndarray, "piece"]:
+    """Lengths of the polygons of Bézier points."""
+    return np.linalg.norm(np.diff(bezier_m, axis=1), axis=2).sum(axis=1)
+
+
 def _halving(order: int) -> tuple[np.ndarray, np.ndarray]:
     """Matrices from Bernstein coefficients to those of the left and the right half (de Casteljau)."""
     left = np.array([[math.comb(i, j) / 2.0**i for j in range(order)] for i in range(order)])

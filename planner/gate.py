@@ -2,7 +2,7 @@
 
 Clearance and the fence are 1-Lipschitz distances and are proven by bisection; box, speed, climb and descent by the
 exact extrema of polynomials, the turn rate by those of a ratio of polynomials; acceleration at the knots, between which
-it is linear and its norm therefore convex; jerk on the pieces, where it is constant; the length by quadrature.
+it is linear and its norm therefore convex; jerk on the pieces, where it is constant; the length by polygons around it.
 A heading that is planned with the path is proven likewise by the exact extrema of its rate; any other is no part of the
 curve: `planner.yaw` turns it no faster than `Limits.max_yaw_rate_radps` allows.
 """
@@ -25,6 +25,7 @@ from planner.curve_bounds import (
     heading_bezier_points,
     inner_product,
     least_along,
+    length_bound,
     maximum,
     squared_norm,
 )
@@ -42,6 +43,9 @@ FARTHEST_RAD = 1e8
 """A heading that turned further means nothing."""
 REPORT_RESOLUTION_M = 1e-3
 """How closely the least clearance is enclosed: the figure reported is the proven, lower one."""
+
+LENGTH_RESOLUTION = 1e-5
+"""By what share the length reported, which is proven too, may be too great."""
 
 
 class ViolationKind(enum.Enum):
@@ -107,7 +111,7 @@ class GateReport:
         max_acceleration_mps2: Greatest acceleration.
         max_jerk_mps3: Greatest jerk.
         max_turn_rate_radps: Greatest rate at which the horizontal velocity turns; None where the problem has no limit.
-        length_m: Length of the path.
+        length_m: Length of the path, by no more than `LENGTH_RESOLUTION` too great.
         duration_s: Time from its first to its last point.
         max_yaw_rate_radps: Greatest rate of the heading that is planned with the path; None where there is none.
     """
@@ -243,7 +247,7 @@ def inspect(trajectory: Trajectory, problem: Problem) -> GateReport:
         rate = derivative(heading, trajectory.knot_interval_s)[:, :, 0]
         fastest = max((maximum(sign * rate) for sign in (1.0, -1.0)), key=lambda one: one.value)
         greatest[ViolationKind.YAW_RATE] = (fastest.value, limits.max_yaw_rate_radps, fastest.parameter)
-    length_m = _length_m(velocity, trajectory.knot_interval_s)
+    length_m = length_bound(bezier, LENGTH_RESOLUTION)
     greatest[ViolationKind.LENGTH] = (length_m, problem.max_length_m, float(trajectory.segments))
     for kind, (measured, limit, parameter) in greatest.items():
         if not measured <= limit * (1.0 + RELATIVE_TOLERANCE):
@@ -356,15 +360,6 @@ def _turn_rate_radps(velocity: Float[np.ndarray, "piece 3 3"], interval_s: float
     # Written with the degree of ‖v‖².
     raised = inner_product(across[:, :, None], np.ones((len(across), 2, 1)))
     return greatest_ratio(raised, squared_norm(horizontal) + RELATIVE_TOLERANCE * full_mps**2)
-
-
-def _length_m(velocity: Float[np.ndarray, "piece 3 3"], interval_s: float) -> float:
-    """Length by Gauss quadrature of the speed over each piece."""
-    node, weight = np.polynomial.legendre.leggauss(16)
-    u = 0.5 * (node + 1.0)
-    basis = np.stack([(1.0 - u) ** 2, 2.0 * u * (1.0 - u), u**2], axis=1)
-    speed = np.linalg.norm(np.einsum("nb,pba->pna", basis, velocity), axis=2)
-    return float(0.5 * interval_s * np.sum(speed @ weight))
 
 
 def _diverged(trajectory: Trajectory, problem: Problem) -> GateReport:

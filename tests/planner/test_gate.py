@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 
 from planner import gate
 from planner.curve_bounds import bezier_points, derivative, least_along, maximum, squared_norm
-from planner.gate import GateRefused, ProvenTrajectory, ViolationKind, inspect, prove
+from planner.gate import LENGTH_RESOLUTION, GateRefused, ProvenTrajectory, ViolationKind, inspect, prove
 from planner.information import uniform
 from planner.obstacles import Box, Cylinder, ObstacleField, Prism, Sphere
 from planner.polygon import KeepIn
@@ -274,7 +274,19 @@ def test_a_path_is_no_longer_than_its_budget(curve: Trajectory) -> None:
     assert inspect(curve, problem_of(curve, max_length_m=length_m * 1.0001)).passed
     (violation,) = inspect(curve, problem_of(curve, max_length_m=length_m * 0.9999)).violations
     assert violation.kind is ViolationKind.LENGTH
-    assert violation.measured == pytest.approx(length_m, rel=1e-6)
+    assert violation.measured == pytest.approx(length_m, rel=LENGTH_RESOLUTION)
+
+
+def test_a_path_that_turns_back_is_no_shorter_than_it_is() -> None:
+    rng = np.random.default_rng(11)
+    for _ in range(20):
+        east = np.concatenate([[20.0] * 3, 20.0 + rng.normal(size=12), [20.0] * 3])
+        curve = Trajectory(np.column_stack([east, np.full((len(east), 2), 20.0)]), 1.0)
+        # Back and forth on a line: what is sampled is never longer than the path.
+        along = curve.sample(np.linspace(curve.start_s, curve.end_s, 100_001)).position_m
+        sampled_m = float(np.abs(np.diff(along[:, 0])).sum())
+        length_m = inspect(curve, problem_of(curve)).length_m
+        assert sampled_m <= length_m <= sampled_m * (1.0 + 2.0 * LENGTH_RESOLUTION)
 
 
 def test_no_limit_of_the_vehicle_goes_unchecked() -> None:
