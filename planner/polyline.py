@@ -29,6 +29,17 @@ def at_lengths(
     return np.stack([np.interp(length_m, along, axis) for axis in points_m.T], axis=1)
 
 
+def cut_at(
+    points_m: Float[np.ndarray, "point axis"], leg_m: Float[np.ndarray, "leg"], length_m: float
+) -> Float[np.ndarray, "kept axis"]:
+    """The beginning of a polyline, as far as a length along it by such a measure."""
+    along = np.concatenate([[0.0], np.cumsum(leg_m)])
+    if length_m >= along[-1]:
+        return points_m
+    whole = max(1, int(np.searchsorted(along, length_m)))
+    return np.concatenate([points_m[:whole], at_lengths(points_m, leg_m, np.array([length_m]))])
+
+
 def length_of(points_m: Float[np.ndarray, "point axis"]) -> float:
     """Length of a polyline."""
     return float(np.linalg.norm(np.diff(points_m, axis=0), axis=1).sum())

@@ -17,7 +17,7 @@ from jaxtyping import Float
 from scipy.ndimage import gaussian_filter1d
 
 from planner.free_space import FreeSpace
-from planner.polyline import at_lengths, at_places, densified
+from planner.polyline import at_lengths, at_places, cut_at, densified
 from planner.problem import Problem
 
 # Seeds keep off the limits, so that the spline through them stays within.
@@ -145,7 +145,9 @@ def led_to_the_end(
         free: Where the vehicle may be.
         reach: How long it may be, metres of `FreeSpace.flown_lengths`.
     """
-    dense = densified(path_m, max(reach / 1000.0, 1e-6))
+    # What is out of reach is not looked at: of a large pattern that may be nearly all.
+    within = cut_at(path_m, free.flown_lengths(path_m), reach)
+    dense = densified(within, max(reach / 1000.0, 1e-6))
     along = np.concatenate([[0.0], np.cumsum(free.flown_lengths(dense))])
     end = problem.end_position_m
     if end is None:

@@ -12,12 +12,12 @@ from planner.free_space import FreeSpace
 from planner.gate import ViolationKind, inspect
 from planner.obstacles import ObstacleField
 from planner.polygon import KeepIn
-from planner.polyline import length_of
+from planner.polyline import cut_at, densified, length_of
 from planner.problem import Problem
-from planner.seeds import Pattern, seed_paths, spline_from_path
+from planner.seeds import Pattern, pacing, seed_paths, spline_from_path
 from planner.seeds.altitudes import Altitudes
 from planner.seeds.informed import greedy_ridge, peak_m, spread_m, stops, tour
-from planner.seeds.pacing import lead_in, reach_m
+from planner.seeds.pacing import lead_in, led_to_the_end, reach_m
 from planner.seeds.patterns import Region, expanding_square, lawnmower, layered_rows, sectors, spiral
 from planner.trajectory import Motion, Trajectory
 from tests.planner.worlds import LIMITS, mixed, open_box, trees, two_peaks
@@ -333,3 +333,30 @@ def test_the_free_space_of_seeds_keeps_more_than_the_gate_asks() -> None:
     points = np.random.default_rng(1).uniform([0, 0, 0], [100, 80, 20], (500, 3))
     free = FreeSpace(problem).margin(points) >= 0.0
     assert (problem.obstacles.distance(points[free]) > problem.keep_out_m).all()
+
+
+@pytest.mark.parametrize("end", [None, np.array([5.0, 6.0, 10.0])])
+def test_of_a_pattern_far_larger_than_the_reach_only_what_is_within_reach_is_looked_at(monkeypatch, end) -> None:
+    sizes = []
+
+    def counted(points_m: np.ndarray, spacing_m: float) -> np.ndarray:
+        dense = densified(points_m, spacing_m)
+        sizes.append(len(dense))
+        return dense
+
+    monkeypatch.setattr(pacing, "densified", counted)
+    problem = open_box(end_position_m=end)
+    rows = np.array([[5.0, 5.0, 10.0], [95.0, 5.0, 10.0], [95.0, 75.0, 10.0], [5.0, 75.0, 10.0]])
+    path = led_to_the_end(rows, problem, FreeSpace(problem), 2.5)
+    assert max(sizes) < 1100
+    assert length_of(path) <= 2.5 * 1.01
+    assert np.linalg.norm(path[-1] - path[0]) == pytest.approx(2.5 if end is None else 1.0, rel=0.01)
+
+
+def test_a_polyline_is_cut_at_a_length() -> None:
+    corners = np.array([[0.0, 0.0], [3.0, 0.0], [3.0, 4.0]])
+    legs = np.array([3.0, 4.0])
+    np.testing.assert_allclose(cut_at(corners, legs, 5.0), [[0.0, 0.0], [3.0, 0.0], [3.0, 2.0]])
+    np.testing.assert_allclose(cut_at(corners, legs, 1.0), [[0.0, 0.0], [1.0, 0.0]])
+    np.testing.assert_allclose(cut_at(corners, legs, 3.0), corners[:2])
+    np.testing.assert_allclose(cut_at(corners, legs, 9.0), corners)
