@@ -20,15 +20,14 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from planner.distance_grid import DistanceGrid
 from planner.height_field import HeightField
+from planner.nearest import least
 from planner.polygon import FAR_M, AnyArray, Prisms, Values, checked_polygon, extruded, padded_count
 
 FEWEST_SHAPES = 8
-# On the host, points are taken in portions whose intermediate arrays stay in the cache.
-HOST_ELEMENTS = 1 << 20
 
 
 @dataclasses.dataclass(frozen=True)
@@ -165,8 +164,8 @@ class GrownBoxes(eqx.Module):
         if self.floor_m.shape[0] == 0:
             return x * 0.0 + FAR_M
         if isinstance(x, np.ndarray):
-            spread: GrownBoxes = jax.tree.map(lambda leaf: leaf[:, None], self)
-            return spread.signed(np, x[None], y[None], z[None]).min(axis=0)
+            points = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+            return least(points, np.ones(self.floor_m.shape[0], dtype=int), self._to_some).reshape(x.shape)
 
         still = jax.lax.stop_gradient((x, y, z))
 
@@ -180,6 +179,12 @@ class GrownBoxes(eqx.Module):
         (_, nearest), _ = jax.lax.scan(body, begin, numbered)
         chosen: GrownBoxes = jax.tree.map(lambda leaf: jnp.asarray(leaf)[nearest], self)
         return chosen.signed(jnp, x, y, z)
+
+    def _to_some(
+        self, points_m: Float[np.ndarray, "point 3"], bodies: Int[np.ndarray, "some"]
+    ) -> Float[np.ndarray, "some point"]:
+        some: GrownBoxes = jax.tree.map(lambda leaf: leaf[bodies, None], self)
+        return some.signed(np, *points_m.T)
 
 
 class ObstacleField(eqx.Module):
@@ -257,16 +262,7 @@ class ObstacleField(eqx.Module):
 
     def _to_shapes(self, points: Values) -> Values:
         """Exact distance to the nearest of all that is not a grid."""
-        if not isinstance(points, np.ndarray):
-            return self._nearest(points[..., 0], points[..., 1], points[..., 2])
-        flat = points.reshape(-1, 3)
-        shapes = (self.solids, self.prisms)
-        per_point = max((leaf.size for leaf in jax.tree.leaves(shapes)), default=1)
-        portions = np.array_split(flat, max(1, -(-len(flat) * per_point // HOST_ELEMENTS)))
-        found = [self._nearest(part[:, 0], part[:, 1], part[:, 2]) for part in portions]
-        return np.concatenate(found).reshape(points.shape[:-1])
-
-    def _nearest(self, x: Values, y: Values, z: Values) -> Values:
+        x, y, z = points[..., 0], points[..., 1], points[..., 2]
         minimum = np.minimum if isinstance(x, np.ndarray) else jnp.minimum
         return minimum(self.solids.distance(x, y, z), self.prisms.distance(x, y, z))
 

@@ -25,7 +25,9 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
+
+from planner.nearest import least
 
 # Distance to what is not there: far outside any mission, harmless in single precision.
 FAR_M = 1e6
@@ -119,18 +121,28 @@ class Prisms(eqx.Module):
         return extruded(jnp, sign * safe_sqrt(jnp, squared), jnp.maximum(floor - z, z - ceiling))
 
     def _host_distance(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-        """Every edge against every point, and the least over each prism."""
-        east, north = x.reshape(1, 1, -1), y.reshape(1, 1, -1)
-        start, step, inverse = self.start_m[:, :, None], self.step_m[:, :, None], self.inverse_m2[:, :, None]
-        squared = _edge(np, east, north, start, step, inverse).min(axis=1)
-        crossed = _crossed(east, north, start, step).sum(axis=1)
         begins = np.flatnonzero(self.first)
-        horizontal = np.sqrt(np.minimum.reduceat(squared, begins, axis=0))
-        inside = np.add.reduceat(crossed, begins, axis=0) % 2 == 1
-        floor, ceiling = self.floor_m[begins, None], self.ceiling_m[begins, None]
-        height = z.reshape(1, -1)
-        vertical = np.maximum(floor - height, height - ceiling)
-        return extruded(np, np.where(inside, -horizontal, horizontal), vertical).min(axis=0).reshape(x.shape)
+        blocks = np.diff(np.append(begins, len(self.first)))
+
+        def to_some(
+            points_m: Float[np.ndarray, "point 3"], prisms: Int[np.ndarray, "some"]
+        ) -> Float[np.ndarray, "some point"]:
+            """Every edge against every point, and the least over each prism."""
+            count = blocks[prisms]
+            here = np.cumsum(count) - count
+            block = np.arange(count.sum()) + np.repeat(begins[prisms] - here, count)
+            start, step, inverse = (part[block][:, :, None] for part in (self.start_m, self.step_m, self.inverse_m2))
+            east, north, height = points_m.T
+            squared = _edge(np, east, north, start, step, inverse).min(axis=1)
+            crossed = _crossed(east, north, start, step).sum(axis=1)
+            horizontal = np.sqrt(np.minimum.reduceat(squared, here, axis=0))
+            inside = np.add.reduceat(crossed, here, axis=0) % 2 == 1
+            floor, ceiling = self.floor_m[begins[prisms], None], self.ceiling_m[begins[prisms], None]
+            vertical = np.maximum(floor - height, height - ceiling)
+            return extruded(np, np.where(inside, -horizontal, horizontal), vertical)
+
+        points = np.stack([x, y, z], axis=-1).reshape(-1, 3)
+        return least(points, BLOCK * blocks, to_some).reshape(x.shape)
 
 
 class KeepIn(eqx.Module):

@@ -42,7 +42,10 @@ WARM_POLISH = (Round(1.0, 60), Round(10.0, 60))
 SHAPE_POLISH = POLISH[:6]
 SEARCH_POLISH = tuple(Round(float(penalty), 60) for penalty in np.geomspace(1e-2, 10.0, 6))
 REPAIR = (Round(1.0, 60), Round(10.0, 60), Round(100.0, 60))
-# Shares of the time left, where it is short: what Stein steps may take of it, and then the polish, before repairs.
+# Shares of the time left, where it is short: what drawing seeds may take of it, and ways around obstacles, and what
+# Stein steps may, and then the polish, before repairs.
+SEED_SHARE = 0.25
+DETOUR_SHARE = 0.5
 STEIN_SHARE = 0.25
 SHAPE_SHARE = 0.3
 POLISH_SHARE = 0.8
@@ -165,7 +168,9 @@ class _Work:
         flown = [curve.headings_at(curve.start_s + moments) for curve in warm]
         missing = self.options.candidates - len(warm)
         if missing:
-            everything = seed_paths(self.problem, (1 + self.spent) * missing, np.random.default_rng(self.options.seed))
+            chance = np.random.default_rng(self.options.seed)
+            within = self.budget.within(SEED_SHARE)
+            everything = seed_paths(self.problem, (1 + self.spent) * missing, chance, within)
             found = everything[-missing:]
             self.patterns += [seed.pattern for seed in found]
             paths += [seed.points_m for seed in found]
@@ -321,10 +326,10 @@ class _Work:
 
     def _around_obstacles(self, particles: Particles) -> Particles:
         """The set with its refused candidates led around what they run through."""
-        free = FreeSpace(self.problem)
+        free, within = FreeSpace(self.problem), self.budget.within(DETOUR_SHARE)
         found = np.array(particles)
         for index, refused in enumerate(self.refused):
-            if refused and np.isfinite(particles[index]).all():
+            if refused and np.isfinite(particles[index]).all() and within():
                 # The way changes, the headings on it (where there are any) stay.
                 found[index, :, :3] = self._free_along(rerouted(trajectory_of(self.problem, particles[index]), free))
         return found

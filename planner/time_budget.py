@@ -43,6 +43,18 @@ class TimeBudget:
         self.fell_short |= over
         return over
 
+    def within(self, share: float) -> Callable[[], bool]:
+        """Tells whether a share of the time left now is still there; asked where there is more to do."""
+        left_s = self.left_s()
+        until_s = (1.0 - share) * left_s if math.isfinite(left_s) else -math.inf
+
+        def is_there() -> bool:
+            there = self.left_s() > until_s
+            self.fell_short |= not there
+            return there
+
+        return is_there
+
     def chunks(self, count: int, steps: int, share: float) -> Iterator[None]:
         """So many chunks of `steps`, or as many as fit into a share of the time left.
 

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
+from collections.abc import Callable
 
 import numpy as np
 from jaxtyping import Float
@@ -21,6 +22,9 @@ MOMENTS = 1025
 FIRST_SHARE = 0.88
 WELL_FILLED = 0.9
 FITTING_ROUNDS = 3
+# Where there is no time to draw more, what there is varies by so much of the box, in waves of one half to three halves.
+VARIATION = 0.04
+WAVES = 3
 # In this order and round again: each round varies heading, layers, datum or chance.
 ORDER = (
     Pattern.LAWNMOWER,
@@ -51,21 +55,40 @@ class SeedPath:
     points_m: Float[np.ndarray, "moment 3"]
 
 
-def seed_paths(problem: Problem, count: int, rng: np.random.Generator) -> list[SeedPath]:
+def seed_paths(
+    problem: Problem, count: int, rng: np.random.Generator, go_on: Callable[[], bool] = lambda: True
+) -> list[SeedPath]:
     """Different paths from the problem's start to its end.
 
     Args:
         problem: What to explore.
         count: How many.
         rng: Of every choice left to chance: the same generator state gives the same paths.
+        go_on: Asked before each but the first whether there is time to draw it; the missing ones are variations of
+            those that were drawn.
     """
     cutter = _Cutter(problem)
     used = dict.fromkeys(Pattern, 0)
     seeds = []
     for pattern in itertools.islice(itertools.cycle(ORDER), count):
+        if seeds and not go_on():
+            break
         seeds.append(SeedPath(pattern.value, cutter.path(pattern, used[pattern], int(rng.integers(2**32)))))
         used[pattern] += 1
-    return seeds
+    return seeds + [
+        _varied(seed, problem, rng) for seed in itertools.islice(itertools.cycle(seeds), count - len(seeds))
+    ]
+
+
+def _varied(seed: SeedPath, problem: Problem, rng: np.random.Generator) -> SeedPath:
+    """The same path swung aside a little, its ends kept."""
+    wave = np.arange(1, WAVES + 1)
+    swing_m = VARIATION * problem.workspace.lengths_m * rng.normal(size=(WAVES, 3)) / wave[:, None]
+    along = np.linspace(0.0, np.pi, len(seed.points_m))
+    points = seed.points_m + np.sin(along[:, None] * wave) @ swing_m
+    points = np.clip(points, problem.workspace.box_min_m, problem.workspace.box_max_m)
+    points[[0, -1]] = seed.points_m[[0, -1]]
+    return SeedPath(seed.pattern, points)
 
 
 class _Cutter:

@@ -114,3 +114,21 @@ def test_fitted_rounds_are_never_shorter_than_makes_sense_nor_longer_than_planne
     assert fitted(PLANNED, 0.0) == [Round(0.01, FEWEST_STEPS), Round(0.1, FEWEST_STEPS), Round(1.0, FEWEST_STEPS)]
     assert fitted(PLANNED, 1e9) == list(PLANNED)
     assert fitted([Round(1.0, 3)], 1.0) == [Round(1.0, 3)]
+
+
+def test_a_share_is_there_until_it_is_spent():
+    clock = Clock(20.0)
+    budget = TimeBudget(clock)
+    within = budget.within(0.25)
+    clock.left_s = 16.0
+    assert within()
+    assert not budget.fell_short
+    clock.left_s = 15.0
+    assert not within()
+    assert budget.fell_short
+
+
+def test_without_a_limit_every_share_is_there():
+    budget = TimeBudget(Clock(math.inf))
+    assert budget.within(0.1)()
+    assert not budget.fell_short
