@@ -62,7 +62,7 @@ class Plan:
         selected: Index of the path to fly; None where no candidate passed the gate.
         lawnmower_ergodic_metric: The baseline: the best lawnmower of the selected path's length over the same free
             space. NaN for a replan, which is compared with staying on the course.
-        diversity: How different the candidates are.
+        diversity: How different those are that passed the gate; where none did, all.
         steps: Optimisation steps taken.
         lawnmower_probability_found: Of a search, what the best lawnmower of that length finds; None for a replan, and
             where there is nothing to find.

@@ -290,7 +290,8 @@ class _Work:
             if self.problem.search is not None:
                 missed, _ = best_lawnmower(self.problem, self.judge.objective, length_m)
                 found_by_baseline = 1.0 - missed
-        paths = np.stack([at_middles(candidate.trajectory).position_m for candidate in self.best])
+        flyable = [candidate for candidate in self.best if candidate.feasible] or self.best
+        paths = np.stack([at_middles(candidate.trajectory).position_m for candidate in flyable])
         return Plan(
             status=status,
             candidates=tuple(self.best),

@@ -12,6 +12,9 @@ from mission.mission_file.values import Position, Section
 
 Modes = Annotated[int, Field(ge=1, le=256)]
 
+FEWEST_SAMPLES, MOST_SAMPLES = 16, 2048
+"""What `planner.scene` has segments for."""
+
 MOST_COEFFICIENTS = 500_000
 """More modes than this cost minutes a step and resolve nothing that a flight could follow."""
 
@@ -45,7 +48,7 @@ class Planner(Section):
     """Convention of the spectral weights: (1+‖k‖)^−(v+1)/2 or (1+‖k‖²)^−(v+1)/2."""
     method: Literal["default", "sves"] = "default"
     """The project's own optimiser, or the recipe of the Stein Variational Ergodic Search paper."""
-    samples: Annotated[int | None, Field(ge=8, le=100_000, examples=[50])] = None
+    samples: Annotated[int | None, Field(ge=FEWEST_SAMPLES, le=MOST_SAMPLES, examples=[50])] = None
     """Samples of the path in the metric; absent: chosen from the duration."""
     time_step_s: Annotated[float | None, Field(ge=0.001, le=60.0, examples=[0.1])] = None
     """Time between those samples, instead of their number."""
@@ -66,11 +69,24 @@ class Planner(Section):
             yield Finding("closed_tour", "true", "end_enu_m is another place than start_enu_m: keep one of the two")
         if self.samples is not None and self.time_step_s is not None:
             yield Finding("time_step_s", f"{self.time_step_s:g}", "samples is given as well: keep one of the two")
-        if self.time_step_s is not None and self.duration_s / self.time_step_s < 8.0:
+        longest_s, shortest_s = self.duration_s / FEWEST_SAMPLES, self.duration_s / MOST_SAMPLES
+        if self.time_step_s is not None and self.time_step_s > longest_s:
             yield Finding(
                 "time_step_s",
                 f"{self.time_step_s:g}",
-                f"at least 8 samples are needed: write at most {self.duration_s / 8.0:g}",
+                f"at least {FEWEST_SAMPLES} samples are needed: write at most {longest_s:g}",
+            )
+        if self.time_step_s is not None and self.time_step_s < shortest_s:
+            yield Finding(
+                "time_step_s",
+                f"{self.time_step_s:g}",
+                f"at most {MOST_SAMPLES} samples are taken: write at least {shortest_s:g}",
+            )
+        if self.metric == "kernel" and self.metric_weights != "linear":
+            yield Finding(
+                "metric_weights",
+                f'"{self.metric_weights}"',
+                'weighs the spectral metric alone, and metric is "kernel": leave it out, or write metric = "spectral"',
             )
         if self.heading == "explored" and self.metric != "kernel":
             yield Finding(

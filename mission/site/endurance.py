@@ -59,7 +59,7 @@ def endurance_budget(mission: Mission) -> EnduranceBudget:
     limits = limits_of(mission.vehicle)
     free = _free_space(mission)
     home, start, end = np.array(mission.home_enu_m), np.array(mission.planner.start_enu_m), mission.planner.ends_at_m
-    over_home = home + [0.0, 0.0, mission.takeoff_altitude_m]
+    over_home = home + np.array([0.0, 0.0, mission.takeoff_altitude_m])
     if end is None:
         corners = np.array([(*corner, mission.site.box_m[1][2]) for corner in planned_fence(mission.site)])
         last = free.pushed(corners)[np.argmax(np.linalg.norm(corners - over_home, axis=1))]

@@ -45,6 +45,15 @@ OVERRIDES = {
     "no candidates": ("planner.candidates=0", "planner.candidates", "at least 1"),
     "modes that measure nothing": ("planner.modes=[1, 1, 1]", "planner.modes", "[8, 8, 4]"),
     "too many modes": ("planner.modes=[200, 200, 200]", "planner.modes", "fewer"),
+    "fewer samples than are taken": ("planner.samples=8", "planner.samples", "at least 16"),
+    "more samples than are taken": ("planner.samples=5000", "planner.samples", "at most 2048"),
+    "a time step of too few samples": ("planner.time_step_s=50", "planner.time_step_s", "write at most 37.5"),
+    "a time step of too many samples": ("planner.time_step_s=0.1", "planner.time_step_s", "write at least 0.29"),
+    "weights of a metric without": (
+        "planner={start_enu_m=[9,9,30], duration_s=60, metric='kernel', metric_weights='squared'}",
+        "planner.metric_weights",
+        "leave it out",
+    ),
     "samples given twice": (
         "planner={start_enu_m=[9,9,30], duration_s=60, samples=50, time_step_s=1}",
         "planner.time_step_s",

@@ -6,6 +6,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
+from mission.mission_file.planner import FEWEST_SAMPLES, MOST_SAMPLES
 from planner.information import uniform
 from planner.obstacles import ObstacleField, Sphere
 from planner.problem import Limits, Options, Problem
@@ -121,6 +122,9 @@ def test_missions_of_similar_size_share_a_compilation(problem: Problem) -> None:
 
 
 def test_a_given_time_step_sets_the_number_of_samples(problem: Problem) -> None:
+    for samples in (FEWEST_SAMPLES, 50, MOST_SAMPLES):
+        segments, per_segment = knots_for(problem, Options(time_step_s=problem.duration_s / samples))
+        assert segments * per_segment == samples
     segments, per_segment = knots_for(problem, Options(time_step_s=0.5))
     assert segments * per_segment == 64
 

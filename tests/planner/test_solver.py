@@ -1,15 +1,16 @@
 """The whole solve on small problems: what comes out is proven, different, repeatable and better than a lawnmower."""
 
 import dataclasses
+import itertools
 
 import jax
 import numpy as np
 import pytest
 
-from planner import gate
+from planner import gate, solver
 from planner.information import gaussians, uniform
 from planner.obstacles import Box, Cylinder, ObstacleField, Sphere
-from planner.plan import Status
+from planner.plan import Candidate, Status
 from planner.problem import Covered, Kernel, Limits, Method, MetricWeights, Options, Problem
 from planner.solver import Progress, solve
 from planner.spectral_metric import mean_basis
@@ -97,6 +98,51 @@ def test_a_replan_begins_as_the_vehicle_moves_and_remembers_what_was_covered(pla
     np.testing.assert_allclose(start.acceleration_mps2, rest.start.acceleration_mps2, atol=1e-8)
     # Flown and still to fly together are about as good as the plan was, so memory was kept.
     assert replanned.best.ergodic_metric < 1.5 * plan.best.ergodic_metric
+
+
+def test_different_are_those_that_may_be_flown(monkeypatch: pytest.MonkeyPatch) -> None:
+    measured, offered = [], itertools.count()
+    own, judged = solver.diversity, solver.Judge.candidate
+
+    def refusing_every_second(self, trajectory: Trajectory, pattern: str) -> Candidate:
+        candidate = judged(self, trajectory, pattern)
+        if next(offered) % 2 == 0:
+            return candidate
+        violation = gate.Violation(gate.ViolationKind.BOX, 1.0, 0.0, 0.0, np.zeros(3), "refused")
+        return dataclasses.replace(candidate, report=dataclasses.replace(candidate.report, violations=(violation,)))
+
+    monkeypatch.setattr(solver.Judge, "candidate", refusing_every_second)
+    monkeypatch.setattr(solver, "diversity", lambda paths: measured.append(len(paths)) or own(paths))
+    plan = solve(problem_with(obstacles=ObstacleField.of([])), OPTIONS, time_left_s=lambda: 0.0)
+    passed = sum(candidate.feasible for candidate in plan.candidates)
+    assert 0 < passed <= 2
+    assert measured == [passed]
+
+
+def test_seeds_and_ways_around_obstacles_keep_to_their_share_of_the_time(monkeypatch: pytest.MonkeyPatch) -> None:
+    left, asked = [40.0], []
+    drawn = solver.seed_paths
+
+    def slow(problem: Problem, count: int, rng: np.random.Generator, go_on) -> list:
+        asked.append(go_on())
+        left[0] -= 15.0
+        asked.append(go_on())
+        return drawn(problem, count, rng, go_on)
+
+    def led(curve: Trajectory, *_) -> np.ndarray:
+        left[0] -= 100.0
+        asked.append("a way around")
+        return curve.sample(np.linspace(curve.start_s, curve.end_s, 100)).position_m
+
+    monkeypatch.setattr(solver, "seed_paths", slow)
+    monkeypatch.setattr(solver, "rerouted", led)
+    monkeypatch.setattr(solver.TimeBudget, "rounds", lambda *_: iter(()))
+    problem = problem_with(end_position_m=None, clearance_margin_m=5.0)
+    plan = solve(problem, dataclasses.replace(OPTIONS, candidates=3), time_left_s=lambda: left[0])
+    assert asked == [True, False, "a way around"]
+    # Only the first pattern was drawn; the others are variations of it.
+    assert len({candidate.seed_pattern for candidate in plan.candidates}) == 1
+    assert plan.status is not Status.CONVERGED
 
 
 def test_a_problem_without_a_way_is_said_to_be_infeasible() -> None:
