@@ -187,7 +187,7 @@ class Rehearsal:
             max_yaw_rate_radps=limits.max_yaw_rate_radps,
             max_climb_mps=limits.max_climb_mps,
         )
-        self.executive = Executive(assignment, monitors_of(asked, self._belief, energy))
+        self.executive = Executive(assignment, monitors_of(asked, self._belief, energy), lambda: self._belief.problem)
         # Only the finding of ways is used, which needs no vehicle.
         self._ground = Ground(asked, self._belief, None, energy, None, assignment, lambda _: None, lambda: True)  # pyright: ignore[reportArgumentType]
         self._clock = FlightClock(0.0)
@@ -273,9 +273,9 @@ class Rehearsal:
 
     def _way(self, wanted: FindWay) -> WayFound:
         try:
-            return WayFound(wanted.goal, self._ground.find_way(wanted))
+            return WayFound(wanted, self._ground.find_way(wanted))
         except ValueError as error:
-            return WayFound(wanted.goal, None, str(error))
+            return WayFound(wanted, None, str(error))
 
     # Replans: another proven curve now and then, as a solver would give it.
 

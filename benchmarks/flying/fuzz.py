@@ -19,6 +19,8 @@ import time
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
+
 from benchmarks.faults.rehearsal import CORNERS, mission, problem
 from benchmarks.timing import machine
 from mission.executive.events import (
@@ -155,7 +157,9 @@ def _assignment() -> Assignment:
 
 
 def _executive() -> Executive:
-    return Executive(_assignment(), monitors_of(mission(), Belief(problem()), energy_of(mission(), problem())))
+    belief = Belief(problem())
+    monitors = monitors_of(mission(), belief, energy_of(mission(), problem()))
+    return Executive(_assignment(), monitors, lambda: belief.problem)
 
 
 def client(frames: int) -> tuple[int, int, int]:
@@ -168,7 +172,7 @@ def client(frames: int) -> tuple[int, int, int]:
     # What is raised on one of the link's threads ends that thread alone.
     threading.excepthook = raised.append
     link = Link(wire, mission().site.origin.point())
-    events, way = 0, along(CORNERS[:2], problem().limits)
+    events = 0
     try:
         link.wait_heard(10.0)
         wire.begun = True
@@ -183,8 +187,9 @@ def client(frames: int) -> tuple[int, int, int]:
                     match action:
                         case RunChecks():
                             executive.receive(Checked(()), now_s)
-                        case FindWay(goal):
-                            executive.receive(WayFound(goal, way), now_s)
+                        case FindWay(start_m=start_m, end_m=end_m):
+                            way = along(np.array([start_m, end_m]), problem().limits)
+                            executive.receive(WayFound(action, way), now_s)
                         case _:
                             pass
             if executive.finished or wire.brought - flown > FLIGHT_FRAMES:

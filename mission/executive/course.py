@@ -211,6 +211,11 @@ class Course:
         """The curve flown last."""
         return self.legs[-1].trajectory
 
+    @property
+    def curves(self) -> tuple[Trajectory, ...]:
+        """The proven curves, in order."""
+        return tuple(leg.trajectory for leg in self.legs)
+
     def leg_at(self, curve_s: float) -> Leg:
         """The leg that holds at a curve time."""
         for leg in reversed(self.legs):

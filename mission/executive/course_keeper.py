@@ -36,7 +36,7 @@ class CourseKeeper:
         way: The proven way that was asked for; None: not found yet.
         rejoin_s: Curve time at which the exploration is taken up.
         explored: Whether it was flown to its end.
-        blocked_s: Curve time from which new information makes the course unsafe; None: nowhere.
+        blocked_s: Curve time from which the course is not safe, or not known to be; None: nowhere.
         rate: Curve seconds a second that are flown: less than one for a vehicle that does not keep to its course.
     """
 
@@ -83,20 +83,18 @@ class CourseKeeper:
         self._begin(self.exploration, now_s, self.rejoin_s)
 
     def begin_way(self, way: Trajectory, now_s: float) -> None:
-        """Begin a way, at rest at its start; it was proven with everything known.
+        """Begin a way, at rest at its start; it was proven with everything known when it was sought.
 
         Where it leads to an exploration whose headings are planned, it arrives looking as that begins.
         """
         planned = self.exploration.headings_at(np.array([self.rejoin_s]))
         apart_m = np.abs(way.motion_at(way.end_s).position_m - np.array(self.rejoin_m())).max()
         self._begin(way, now_s, None, None if planned is None or apart_m > _SAME_PLACE_M else float(planned[0]))
-        self.blocked_s = None
 
     def begin_anew(self, exploration: Trajectory, now_s: float) -> None:
         """Explore on a curve that begins where the vehicle stands."""
         self.exploration = exploration
         self._begin(exploration, now_s, None)
-        self.blocked_s = None
 
     def go_over(self, course: Course, exploration: Trajectory, now_s: float) -> None:
         """Leave a course for another curve at that one's start.
@@ -106,7 +104,6 @@ class CourseKeeper:
         """
         self.exploration = exploration
         self.course = course.continued(exploration, now_s)
-        self.blocked_s = None
 
     def lag_m(self, state: VehicleState, now_s: float) -> float:
         """How far a vehicle is behind the course, or will be before it has the course's speed again."""
@@ -156,6 +153,13 @@ class CourseKeeper:
         """Where the exploration is taken up."""
         return vector(self.exploration.motion_at(self.rejoin_s).position_m)
 
+    def begins_here(self, way: Trajectory) -> bool:
+        """Whether a way begins where the course comes to a standstill."""
+        if self.course is None:
+            return False
+        apart_m = way.motion_at(way.start_s).position_m - np.array(self.course.stop_position())
+        return float(np.abs(apart_m).max()) <= _SAME_PLACE_M
+
     def stands(self, now_s: float) -> bool:
         """Whether the course has come to a standstill."""
         return self.course is not None and self.course.stands(now_s)
@@ -175,7 +179,11 @@ class CourseKeeper:
         """Whether braking must begin now to stand well before what is blocked."""
         if self.course is None or self.blocked_s is None:
             return False
-        return self.course.braking(now_s).stop_s() >= self.blocked_s - _BLOCKED_RESERVE_S
+        return self.watched_s(now_s) >= self.blocked_s
+
+    def watched_s(self, now_s: float) -> float:
+        """Curve time up to which the course must be clear for it to be flown on with at this moment."""
+        return -math.inf if self.course is None else self.course.braking(now_s).stop_s() + _BLOCKED_RESERVE_S
 
     def _begin(
         self, trajectory: Trajectory, now_s: float, from_s: float | None, arrives_rad: float | None = None

@@ -108,15 +108,6 @@ class Checked:
 
 
 @dataclasses.dataclass(frozen=True)
-class WayFound:
-    """A proven way, or why there is none."""
-
-    goal: Goal
-    trajectory: Trajectory | None
-    reason: str = ""
-
-
-@dataclasses.dataclass(frozen=True)
 class NewCourse:
     """A proven curve that continues the exploration from its own start on."""
 
@@ -124,11 +115,8 @@ class NewCourse:
 
 
 @dataclasses.dataclass(frozen=True)
-class CourseBlocked:
-    """New information makes the course unsafe from a curve time on."""
-
-    curve_s: float
-    reason: str
+class NoWayRound:
+    """Nobody finds a course round what blocks this one."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -147,6 +135,38 @@ class StreamFailed:
     """Setpoints cannot be sent any more."""
 
 
+@dataclasses.dataclass(frozen=True)
+class FindWay:
+    """Find a proven way at rest from one place to another; home: above where it lands.
+
+    Attributes:
+        goal: What the way is for.
+        start_m: Where it begins.
+        end_m: Where it ends.
+        number: Counts what was asked: an answer to an earlier question is none to this.
+    """
+
+    goal: Goal
+    start_m: Vector
+    end_m: Vector
+    number: int = 0
+
+
+@dataclasses.dataclass(frozen=True)
+class WayFound:
+    """A proven way, or why there is none.
+
+    Attributes:
+        asked: The question.
+        trajectory: The way; None: there is none.
+        reason: Why.
+    """
+
+    asked: FindWay
+    trajectory: Trajectory | None
+    reason: str = ""
+
+
 Event = (
     VehicleState
     | Waiting
@@ -157,7 +177,7 @@ Event = (
     | Checked
     | WayFound
     | NewCourse
-    | CourseBlocked
+    | NoWayRound
     | Stalled
     | StreamFailed
     | Operator
@@ -187,15 +207,6 @@ class Stream:
     """Follow a course with setpoints; None: not one setpoint more."""
 
     course: Course | None
-
-
-@dataclasses.dataclass(frozen=True)
-class FindWay:
-    """Find a proven way at rest from one place to another; home: above where it lands."""
-
-    goal: Goal
-    start_m: Vector
-    end_m: Vector
 
 
 @dataclasses.dataclass(frozen=True)

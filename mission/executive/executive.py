@@ -9,6 +9,7 @@ continuous.
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Callable
 
 from mission.executive.course import Course
 from mission.executive.course_keeper import CourseKeeper
@@ -17,10 +18,10 @@ from mission.executive.events import (
     Assignment,
     Checked,
     Connected,
-    CourseBlocked,
     Event,
     FlightEnd,
     NewCourse,
+    NoWayRound,
     Operator,
     Order,
     Stalled,
@@ -30,11 +31,13 @@ from mission.executive.events import (
 from mission.executive.hearing import Hearing
 from mission.executive.known_vehicle import KnownVehicle
 from mission.executive.link_watch import LinkWatch, Silence
+from mission.executive.lookout import Lookout, blocks
 from mission.executive.monitors import Monitors
 from mission.executive.phase_machine import GOAL, PhaseMachine
 from mission.executive.phases import FINAL, ON_COURSE, Phase, Trigger
 from mission.executive.standing_order import STREAM_FIRST_S, StandingOrder
 from mission.executive.stay import limit_s
+from planner.problem import Problem
 from planner.trajectory import Trajectory
 from sim_bridge.state import (
     Command,
@@ -59,6 +62,7 @@ class Executive:
     Args:
         assignment: What to fly.
         monitors: What telemetry is held against.
+        known: What is known now; another object whenever something was learned.
         now_s: Flight clock at the beginning.
         from_s: Curve time at which the exploration begins, where a part of it was flown before.
         patience: Flight seconds a host second: a link lives in the host's time, however fast a simulator's runs.
@@ -68,6 +72,7 @@ class Executive:
         self,
         assignment: Assignment,
         monitors: Monitors,
+        known: Callable[[], Problem],
         now_s: float = 0.0,
         from_s: float | None = None,
         patience: float = 1.0,
@@ -90,6 +95,9 @@ class Executive:
             now_s,
             self._patience,
         )
+        self._known = known
+        self._ahead = Lookout(known)
+        self._blocked_s: float | None = None
         self._last_item: int | None = None
         self._reached: int | None = None
 
@@ -144,6 +152,11 @@ class Executive:
         interruption = self._machine.interruption
         return self.phase is Phase.HOLDING and interruption.by_block and not interruption.paused
 
+    @property
+    def blocked_s(self) -> float | None:
+        """Curve time from which what is known blocks the course; None: nowhere, or no course is flown."""
+        return self._blocked_s
+
     def receive(self, event: Event, now_s: float) -> list[Action]:
         """Take in what happened.
 
@@ -173,9 +186,9 @@ class Executive:
                 self._way_found(event, now_s)
             case NewCourse():
                 self._new_course(event.trajectory, now_s)
-            case CourseBlocked():
-                self._keeper.blocked_s = event.curve_s
-                self._machine.say(f"the course is blocked ahead: {event.reason}", warning=True)
+            case NoWayRound():
+                if self.held_by_block:
+                    self._fire(Trigger.NO_WAY, now_s)
             case Stalled():
                 self._stalled(event.course, now_s)
             case StreamFailed():
@@ -187,6 +200,8 @@ class Executive:
                     self._end_exploration(now_s)
             case Operator():
                 self._operate(event, now_s)
+        # Whatever has begun now, it must not lead into what is known.
+        self._watch_block(now_s)
         return self._machine.drain()
 
     def tick(self, now_s: float) -> list[Action]:
@@ -265,11 +280,13 @@ class Executive:
         self._fire(Trigger.CHECKS_FAILED if checked.problems else Trigger.CHECKS_PASSED, now_s)
 
     def _way_found(self, found: WayFound, now_s: float) -> None:
-        if found.goal is not GOAL.get(self.phase):
+        if self.phase not in GOAL or found.asked != self._machine.wanted:
             return
-        if found.trajectory is None:
-            self._machine.say(f"no proven way: {found.reason}", warning=True)
+        if found.trajectory is None or not self._keeper.begins_here(found.trajectory):
+            reason = found.reason or "the one that was found begins elsewhere"
+            self._machine.say(f"no proven way: {reason}", warning=True)
             self._fire(Trigger.NO_WAY, now_s)
+            return
         self._keeper.way = found.trajectory
 
     def _new_course(self, trajectory: Trajectory, now_s: float) -> None:
@@ -280,6 +297,9 @@ class Executive:
             self._keeper.begin_anew(trajectory, now_s)
             self._fire(Trigger.UNBLOCKED, now_s)
         elif self.phase is Phase.FOLLOWING and course.at(now_s).curve_s < trajectory.start_s:
+            if blocks(course.curves, course.at(now_s).curve_s, trajectory.start_s, self._known()):
+                self._machine.say("a new plan begins behind what blocks the course and was dropped")
+                return
             self._keeper.go_over(course, trajectory, now_s)
             self._machine.stream()
         else:
@@ -311,7 +331,26 @@ class Executive:
             case None:
                 pass
 
+    def _watch_block(self, now_s: float) -> None:
+        """Look along the course ahead, and brake in time before what blocks it."""
+        keeper, before_s = self._keeper, self._blocked_s
+        keeper.blocked_s = self._blocked_s = None
+        if keeper.course is None or self.phase not in (*ON_COURSE, Phase.HOLDING):
+            return
+        here_s, watched_s = keeper.course.at(now_s).curve_s, keeper.watched_s(now_s)
+        block = self._ahead.look(keeper.course.curves, here_s, watched_s)
+        if block is not None:
+            self._blocked_s = block.curve_s
+            if before_s is None:
+                east, north, up = block.place_m
+                where = f"({east:.0f}, {north:.0f}, {up:.0f})"
+                self._machine.say(f"the course is blocked ahead: something is too near to {where}", warning=True)
+        keeper.blocked_s = self._ahead.looked_s if self._blocked_s is None else self._blocked_s
+        if self.phase in ON_COURSE and keeper.must_brake(now_s):
+            self._fire(Trigger.BLOCKED, now_s)
+
     def _watch_course(self, now_s: float) -> None:
+        self._watch_block(now_s)
         keeper, stay = self._keeper, self._machine.stay
         if keeper.course is None:
             return
@@ -320,8 +359,6 @@ class Executive:
             streamed = stay.lasted_s(now_s) >= STREAM_FIRST_S or self.phase is Phase.TURNING_BACK
             if follows and streamed and keeper.way is not None and keeper.stands(now_s):
                 self._fire(Trigger.UNDER_CONTROL, now_s)
-        elif self.phase in ON_COURSE and keeper.must_brake(now_s):
-            self._fire(Trigger.BLOCKED, now_s)
         elif self.phase is Phase.FOLLOWING and keeper.finished(now_s):
             self._end_exploration(now_s)
         elif self.phase in ON_COURSE and keeper.finished(now_s):

@@ -67,7 +67,10 @@ class PhaseMachine:
         self._keeper = keeper
         self._order = order
         self._actions: list[Action] = []
+        self._asked = 0
         self.interruption = Interruption()
+        self.wanted: FindWay | None = None
+        """The way that is sought; None: none."""
         self.stay = Stay(Phase.CONNECTING, now_s)
         self.why = "started"
 
@@ -206,7 +209,7 @@ class PhaseMachine:
     def seek_way(self, now_s: float) -> None:
         """Stand, and ask for a way from there to where the phase leads."""
         keeper, goal = self._keeper, GOAL[self.phase]
-        keeper.way = None
+        keeper.way = self.wanted = None
         if keeper.course is not None and self.stay.before in STREAMING:
             self._brake(now_s)
         elif self._vehicle.state is not None:
@@ -222,7 +225,9 @@ class PhaseMachine:
             self.say("the vehicle has not told where its home is", warning=True)
             self.fire(Trigger.NO_WAY, now_s)
             return
-        self.act(FindWay(goal, keeper.course.stop_position(), end))
+        self._asked += 1
+        self.wanted = FindWay(goal, keeper.course.stop_position(), end, self._asked)
+        self.act(self.wanted)
 
     def _go(self, now_s: float) -> None:
         """Follow the way that was found, begin the exploration, or take up what was interrupted."""

@@ -187,7 +187,7 @@ TABLE: tuple[Row, ...] = (
     Row((_P.CHECKING_ALOFT,), _T.PILOT, _P.OVERRIDDEN, "somebody else flies it: taken over when the operator resumes"),
     # Exploring.
     Row((_P.ENTERING,), _T.UNDER_CONTROL, _P.TRANSIT, "the vehicle follows our setpoints"),
-    Row((_P.ENTERING,), _T.NO_WAY, _P.LANDING, "no proven way leads to the exploration"),
+    Row((_P.ENTERING,), _T.NO_WAY, _P.TAKING_BACK, "no proven way leads to the exploration"),
     Row((_P.ENTERING,), _T.TIMED_OUT, _P.LANDING, "the vehicle did not take our setpoints"),
     Row((_P.TRANSIT,), _T.ARRIVED, _P.FOLLOWING, "at the start of the exploration"),
     Row((_P.FOLLOWING,), _T.EXPLORED, _P.TURNING_BACK, "the exploration is done"),
@@ -208,6 +208,7 @@ TABLE: tuple[Row, ...] = (
     Row((_P.HOLDING,), _T.RESUME, None, "resumed by the operator"),
     Row((_P.HOLDING,), _T.RECOVERED, None, "on the course again"),
     Row((_P.HOLDING,), _T.UNBLOCKED, _P.FOLLOWING, "a new course is proven"),
+    Row((_P.HOLDING,), _T.NO_WAY, _P.TURNING_BACK, "no way round what blocks the course"),
     Row((_P.HOLDING,), _T.GIVEN_UP, _P.TURNING_BACK, "it keeps happening"),
     Row((_P.HOLDING,), _T.TIMED_OUT, _P.TURNING_BACK, "held for too long"),
     # Home.

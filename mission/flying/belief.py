@@ -9,6 +9,8 @@ from __future__ import annotations
 
 import dataclasses
 import math
+import threading
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -38,9 +40,19 @@ class Belief:
         flown_yaw_rad: Float[np.ndarray, "time"] | None = None,
     ) -> None:
         self.problem = problem
+        self._changing = threading.Lock()
         self._flown: list[Vector] = [] if flown_m is None else [tuple(place) for place in flown_m.tolist()]
         self._yaw_rad = [math.nan] * len(self._flown) if flown_yaw_rad is None else flown_yaw_rad.tolist()
         self._last_s: float | None = None
+
+    def change(self, **changes: Any) -> None:
+        """Know something else about the problem from now on: what others change meanwhile is kept.
+
+        Args:
+            changes: Attributes of `Problem` with their new values.
+        """
+        with self._changing:
+            self.problem = dataclasses.replace(self.problem, **changes)
 
     def fly(self, position_m: Vector, time_s: float, yaw_rad: float = math.nan) -> None:
         """Count a position of the exploration.

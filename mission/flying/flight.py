@@ -38,6 +38,7 @@ from mission.flying.ground import Ground
 from mission.flying.intake import Intake
 from mission.flying.log_writer import write_durably
 from mission.flying.preflight import disk_problems
+from mission.flying.pushes import Pushes
 from mission.flying.recorder import SUMMARY_NAME, Recorder
 from mission.flying.replan_cycle import ReplanCycle, Schedule
 from mission.flying.replanning import Replanner
@@ -177,7 +178,13 @@ def _flown(planned: Planned, settings: FlightSettings, watcher: Watcher) -> Flow
     belief = Belief(problem, settings.flown_m, settings.flown_yaw_rad)
     assignment = assignment_of(planned, settings.method, settings.resumed, only_home=settings.only_home)
     energy = energy_of(mission, problem)
-    executive = Executive(assignment, monitors_of(mission, belief, energy), from_s=settings.from_s, patience=rate)
+    executive = Executive(
+        assignment,
+        monitors_of(mission, belief, energy),
+        lambda: belief.problem,
+        from_s=settings.from_s,
+        patience=rate,
+    )
     loop: FlightLoop | None = None
     try:
         with vehicle_of(planned, settings.link, settings.speed, watcher, clock) as link:
@@ -197,7 +204,7 @@ def _flown(planned: Planned, settings: FlightSettings, watcher: Watcher) -> Flow
                 belief,
                 link,
                 energy,
-                Intake(settings.folder, mission),
+                Pushes(mission, belief, Intake(settings.folder, mission), lambda: ""),
                 assignment,
                 lambda aloft: _prepare(link, planned, settings, aloft),
                 lambda: cycle is None or cycle.warm,

@@ -12,7 +12,7 @@ import contextlib
 import functools
 import queue
 import time
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
@@ -22,11 +22,11 @@ from mission.executive.events import (
     Action,
     Checked,
     Connected,
-    CourseBlocked,
     Entered,
     Event,
     FindWay,
     NewCourse,
+    NoWayRound,
     Operator,
     Order,
     RunChecks,
@@ -43,6 +43,7 @@ from mission.flying.belief import Belief
 from mission.flying.clock import FlightClock
 from mission.flying.flight_progress import Progress, Watcher
 from mission.flying.last_orders import give_last_order
+from mission.flying.pushes import TakenIn
 from mission.flying.recorder import Kept, Recorder
 from mission.flying.replan_cycle import ReplanCycle
 from mission.flying.streamer import Streamer
@@ -53,6 +54,7 @@ from sim_bridge.state import CommandDone, MissionProgress, VehicleState
 
 _WAIT_HOST_S = 0.02
 _SHOW_HOST_S = 0.25
+_LOOK_IN_HOST_S = 0.1
 _NOTE_PROGRESS_S = 1.0
 
 
@@ -71,8 +73,8 @@ class Ground(Protocol):
         """
         ...
 
-    def pushed(self, executive: Executive, now_s: float) -> Iterable[CourseBlocked | Operator | Say]:
-        """What was pushed since the last call, merged into what is known."""
+    def take_in(self) -> list[TakenIn]:
+        """Take in what was pushed since the last call; never called twice at a time."""
         ...
 
 
@@ -120,7 +122,10 @@ class FlightLoop:
         self._interrupts = 0
         self._shown_s = 0.0
         self._noted_s = 0.0
-        self._must_leave = False
+        self._pushes = concurrent.futures.ThreadPoolExecutor(1, thread_name_prefix="pushes")
+        self._taking_in: concurrent.futures.Future[list[TakenIn]] | None = None
+        self._looked_in_s = 0.0
+        self._planned_for = belief.problem if belief is not None else None
         self._log_broken = False
         self._hung_up = False
         self._replans = True
@@ -160,6 +165,7 @@ class FlightLoop:
             raise
         finally:
             self._jobs.shutdown(wait=False, cancel_futures=True)
+            self._pushes.shutdown(wait=False, cancel_futures=True)
 
     def _break_off(self, error: BaseException) -> None:
         """Nothing here is to be relied on any more: end the stream and have the vehicle look after itself."""
@@ -195,8 +201,7 @@ class FlightLoop:
             self._take_in(self._inbox.get(), now_s)
         while not self._kept.empty():
             self._kept.get()(now_s)
-        for pushed in self._ground.pushed(self.executive, now_s):
-            self._take_pushed(pushed, now_s)
+        self._take_pushed(now_s)
         self._renew()
         self._act(self.executive.tick(now_s), now_s)
         self._replan(now_s)
@@ -273,14 +278,13 @@ class FlightLoop:
                     self._link.withdraw()
                 case RunChecks():
                     self._submit(self._check, lambda why: Checked((f"the checks broke off: {why}",)))
-                case FindWay(goal):
+                case FindWay():
                     seek = functools.partial(self._find_way, action)
-                    self._submit(seek, functools.partial(WayFound, goal, None))
+                    self._submit(seek, functools.partial(WayFound, action, None))
                 case Entered(phase, why):
                     self._recorder.write("phase", now_s, phase=phase.value, why=why)
                     self._note_progress(now_s)
                     self._watcher.say(f"{phase.value}: {why}", warning=False)
-                    self._must_leave = self._must_leave and phase is Phase.HOLDING
                 case Say(text, warning):
                     self._recorder.write("say", now_s, text=text, warning=warning)
                     self._watcher.say(text, warning)
@@ -319,29 +323,45 @@ class FlightLoop:
         return self._ground.check(state)
 
     def _find_way(self, wanted: FindWay) -> WayFound:
-        return WayFound(wanted.goal, self._ground.find_way(wanted))
+        return WayFound(wanted, self._ground.find_way(wanted))
 
     # Replans and what is pushed.
 
-    def _take_pushed(self, pushed: CourseBlocked | Operator | Say, now_s: float) -> None:
-        if isinstance(pushed, Say):
-            self._act([pushed], now_s)
-            return
-        self._recorder.write("push", now_s, what=str(pushed))
-        if isinstance(pushed, CourseBlocked):
-            self._must_leave = True
-        if self._cycle is not None:
-            self._cycle.hurry()
-        self._receive(pushed, now_s)
+    def _take_pushed(self, now_s: float) -> None:
+        """Tell what was pushed and taken in meanwhile, and have the inbox looked into again."""
+        host_s = time.monotonic()
+        if self._taking_in is not None:
+            if not self._taking_in.done():
+                return
+            taken, self._taking_in = self._taking_in, None
+            if (error := taken.exception()) is not None:
+                self._act([Say(f"what was pushed was not taken in: {type(error).__name__}: {error}", True)], now_s)
+                return
+            for one in taken.result():
+                if one.said is not None:
+                    self._act([one.said], now_s)
+                if one.wish is not None:
+                    self._recorder.write("push", now_s, what=str(one.wish))
+                    self._receive(one.wish, now_s)
+        elif host_s - self._looked_in_s >= _LOOK_IN_HOST_S:
+            self._looked_in_s = host_s
+            self._taking_in = self._pushes.submit(self._ground.take_in)
 
     def _replan(self, now_s: float) -> None:
         cycle = self._cycle
-        if cycle is None or self._keeping:
+        if self._keeping:
+            return
+        if self.executive.held_by_block and (cycle is None or cycle.hopeless):
+            self._receive(NoWayRound(), now_s)
+        if cycle is None:
             return
         if cycle.lost and self._replans:
             self._replans = False
             self._act([Say(f"{cycle.lost}: the flight goes on without replans", True)], now_s)
-        answered = cycle.poll(self.executive, now_s, must_leave=self._must_leave)
+        if self._belief.problem is not self._planned_for:
+            self._planned_for = self._belief.problem
+            cycle.hurry()
+        answered = cycle.poll(self.executive, now_s)
         if answered is not None:
             reply, verdict = answered
             self._recorder.write(
@@ -361,9 +381,6 @@ class FlightLoop:
                 take = functools.partial(self._take, self._belief.problem)
                 self._fly_once_kept(verdict.trajectory, take)
                 return
-        if self.executive.held_by_block and cycle.hopeless:
-            self._act([Say("no way around what blocks the course", True)], now_s)
-            self._receive(Operator.RETURN, now_s)
         if (request := cycle.ask(self.executive, now_s, self._clock.rate)) is not None:
             self._recorder.write("asked", now_s, number=request.number, switch_s=request.switch_s)
 
@@ -382,7 +399,6 @@ class FlightLoop:
         if self.executive.exploration is not before:
             self._recorder.course(now_s, kept, "replan")
             self.replans_taken += 1
-            self._must_leave = False
 
     # Showing.
 

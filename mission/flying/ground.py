@@ -4,31 +4,25 @@ from __future__ import annotations
 
 import dataclasses
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 
 import numpy as np
 
 from mission.executive.course import vector
-from mission.executive.events import Assignment, Checked, CourseBlocked, FindWay, Goal, Operator, Say
-from mission.executive.executive import Executive
+from mission.executive.events import Assignment, Checked, FindWay, Goal
 from mission.executive.monitors import Energy
-from mission.executive.phases import ON_COURSE
 from mission.flying import preflight, vehicle_settings
 from mission.flying.belief import Belief
-from mission.flying.intake import Arrived, Intake, Push, with_push
+from mission.flying.pushes import Pushes, TakenIn
 from mission.flying.ways import find_way
 from mission.mission_file import Mission
 from mission.site.fence import autopilot_fence, planned_fence
 from planner import gate
 from planner.polygon import KeepIn
-from planner.problem import Problem
 from planner.trajectory import Motion, Trajectory
 from planner.workspace import Workspace
 from sim_bridge.link.client import Link, LinkError
 from sim_bridge.state import Vector, VehicleState
-
-_BLOCK_STEP_S = 0.1
-_OPERATOR = {"pause": Operator.PAUSE, "resume": Operator.RESUME, "return": Operator.RETURN, "land": Operator.LAND}
 
 _WARM_UP_HOST_S = 90.0
 
@@ -45,7 +39,7 @@ class Ground:
         belief: What is known.
         link: The vehicle.
         energy: What flying costs.
-        intake: Where pushes arrive.
+        pushes: Takes in what is pushed.
         assignment: What this flight is to do.
         prepare: What else must be done before arming.
         warm: Whether replans are quick already: the ground is the place to wait for a compiler.
@@ -58,7 +52,7 @@ class Ground:
         belief: Belief,
         link: Link,
         energy: Energy,
-        intake: Intake,
+        pushes: Pushes,
         assignment: Assignment,
         prepare: Prepare,
         warm: Callable[[], bool],
@@ -70,7 +64,7 @@ class Ground:
         self._belief = belief
         self._link = link
         self._energy = energy
-        self._intake = intake
+        self._pushes = pushes
         self._assignment = assignment
         self._prepare = prepare
 
@@ -95,8 +89,7 @@ class Ground:
         if factor > 1.0:
             exploration = exploration.slowed(factor)
         if settings.limits != planned.limits:
-            slower = dataclasses.replace(planned, limits=settings.limits, duration_s=planned.duration_s * factor)
-            self._belief.problem = slower
+            self._belief.change(limits=settings.limits, duration_s=planned.duration_s * factor)
         problems = list(settings.problems)
         if not problems:
             problems += self._way_problems(state, home, exploration, self._energy.within(settings.limits))
@@ -175,51 +168,9 @@ class Ground:
             refused,
         )
 
-    def pushed(self, executive: Executive, now_s: float) -> Iterator[CourseBlocked | Operator | Say]:
-        """What was pushed since the last call, merged into what is known."""
-        for arrived in self._intake.arrived():
-            if arrived.push is None:
-                self._intake.answer(arrived, False, arrived.reason)
-                yield Say(f"a push was refused: {arrived.reason}", warning=True)
-                continue
-            yield from self._take_in(arrived, arrived.push, executive, now_s)
-
-    def _take_in(
-        self, arrived: Arrived, push: Push, executive: Executive, now_s: float
-    ) -> Iterator[CourseBlocked | Operator | Say]:
-        known = self._belief.problem
-        try:
-            self.mission, problem = with_push(self.mission, known, push)
-        except ValueError as error:
-            self._intake.answer(arrived, False, str(error))
-            yield Say(f"a push was refused: {error}", warning=True)
-            return
-        self._belief.problem = problem
-        self._intake.answer(arrived, True, "taken in")
-        added = len(push.obstacle) + len(push.no_fly)
-        words = [f"{added} obstacles"] * bool(added) + ["information"] * (push.information is not None)
-        if words:
-            yield Say(f"learned new {' and '.join(words)}")
-        if added and executive.phase in ON_COURSE and (blocked := first_block(executive, problem, now_s)) is not None:
-            yield blocked
-        if push.command is not None:
-            yield _OPERATOR[push.command]
-
-
-def first_block(executive: Executive, problem: Problem, now_s: float) -> CourseBlocked | None:
-    """Where the course ahead comes too near to an obstacle; None: nowhere."""
-    course = executive.course
-    if course is None:
-        return None
-    here_s = course.at(now_s).curve_s
-    moments = np.arange(here_s, course.end_s + _BLOCK_STEP_S, _BLOCK_STEP_S)
-    position = course.positions_at(moments)
-    near = problem.obstacles.distance(position) < problem.keep_out_m
-    if not near.any():
-        return None
-    at = int(np.argmax(near))
-    east, north, up = position[at]
-    return CourseBlocked(float(moments[at]), f"an obstacle at ({east:.0f}, {north:.0f}, {up:.0f})")
+    def take_in(self) -> list[TakenIn]:
+        """Take in what was pushed since the last call."""
+        return self._pushes.take_in()
 
 
 def _above(place: Vector, height_m: float) -> Vector:

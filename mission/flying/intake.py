@@ -30,7 +30,7 @@ from mission.mission_file.values import Context, Section
 from mission.site.information import density_of
 from mission.site.problem import for_search
 from mission.site.reachable import reachable, spare_in
-from mission.site.solids import obstacle_field_of
+from mission.site.solids import obstacle_field_of, solids_of
 from planner.information import DensityGrid
 from planner.problem import Problem
 
@@ -105,8 +105,17 @@ def read_push(source: str, text: str, mission: Mission, folder: Path) -> Push:
     return push
 
 
+def solids_in_push(push: Push, mission: Mission) -> int:
+    """How many shapes a push holds.
+
+    Raises:
+        ValueError: A file in it cannot be used.
+    """
+    return sum(len(solids_of(entry, mission)) for entry in (*push.obstacle, *push.no_fly))
+
+
 def with_push(mission: Mission, problem: Problem, push: Push) -> tuple[Mission, Problem]:
-    """What is known once a push is taken in.
+    """What is known once a push is taken in; obstacles are, whether or not they leave anything to explore.
 
     Args:
         mission: What was asked, with what was pushed before.
@@ -114,7 +123,7 @@ def with_push(mission: Mission, problem: Problem, push: Push) -> tuple[Mission, 
         push: What is new.
 
     Raises:
-        ValueError: A file in it cannot be used, or nothing is left to explore.
+        ValueError: A file in it cannot be used, or it brings information that cannot be reached.
     """
     obstacles, search = problem.obstacles, problem.search
     information = problem.information if search is None else search.prior
@@ -125,7 +134,11 @@ def with_push(mission: Mission, problem: Problem, push: Push) -> tuple[Mission, 
         obstacles = obstacle_field_of(mission)
     if push.information is not None:
         information = mixed(information, density_of(push.information, mission.site), push.share)
-    information = reachable(information, spare_in(mission.site, obstacles, mission.keep_out_m))
+    try:
+        information = reachable(information, spare_in(mission.site, obstacles, mission.keep_out_m))
+    except ValueError:
+        if push.information is not None:
+            raise
     if search is not None:
         # A search looks where it has not looked yet: replans work that out from what was flown.
         search = dataclasses.replace(search, prior=for_search(information, search.detection_radius_m))

@@ -127,13 +127,12 @@ class ReplanCycle:
             self._replanner.ask(request)
         return request
 
-    def poll(self, executive: Executive, now_s: float, *, must_leave: bool) -> tuple[Reply, Verdict] | None:
-        """The answer, if it is there, and whether it is taken.
+    def poll(self, executive: Executive, now_s: float) -> tuple[Reply, Verdict] | None:
+        """The answer, if it is there, and whether it is taken: any proven plan is better than a course that is blocked.
 
         Args:
             executive: Tells the course.
             now_s: Flight clock.
-            must_leave: Whether the course is not safe to stay on.
         """
         reply = self._replanner.poll()
         if reply is None or reply.request.number == WARM_UP:
@@ -142,7 +141,8 @@ class ReplanCycle:
         if executive.course is None or executive.phase not in (Phase.FOLLOWING, Phase.HOLDING):
             return reply, Verdict(None, "the exploration is over")
         held = executive.held_by_block
-        verdict = judge(reply, executive.course, now_s, self._belief.problem, must_leave=must_leave or held)
+        must_leave = held or executive.blocked_s is not None
+        verdict = judge(reply, executive.course, now_s, self._belief.problem, must_leave=must_leave)
         if verdict.trajectory is not None and reply.plan is not None:
             self._alternatives = tuple(
                 dataclasses.replace(curve, start_s=reply.request.switch_s) for curve in _curves(reply.plan)
@@ -177,6 +177,9 @@ class ReplanCycle:
         switch_s = at_s + self._replanner.lead_host_s() * rate * pace
         remaining_s = executive.exploration.end_s - switch_s
         if remaining_s < max(LEAST_REMAINING_S, LEAST_REMAINING_SHARE * executive.exploration.end_s):
+            return None
+        if executive.blocked_s is not None and executive.blocked_s <= switch_s:
+            # It will stand before that is reached: from there a way on is sought.
             return None
         moments = np.arange(at_s, switch_s, INTERVAL_S * pace)
         ahead = course.positions_at(moments), course.headings_at(moments)

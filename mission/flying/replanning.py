@@ -22,6 +22,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mission.executive.course import Course
+from mission.executive.lookout import blocks
 from mission.flying.belief import after
 from planner import gate
 from planner.plan import Plan
@@ -290,6 +291,8 @@ def judge(reply: Reply, course: Course, now_s: float, known: Problem, *, must_le
             return Verdict(None, "it came too late", candidate.objective, staying)
         if gap := discontinuity(course, trajectory):
             return Verdict(None, gap, candidate.objective, staying)
+        if not course.stands(now_s) and blocks(course.curves, course.at(now_s).curve_s, request.switch_s, known):
+            return Verdict(None, "the course is blocked before it", candidate.objective, staying)
         return Verdict(trajectory, "better", candidate.objective, staying, place)
     return Verdict(None, f"refused by the gate: {refusal}", offered, staying)
 

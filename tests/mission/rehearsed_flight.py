@@ -22,7 +22,11 @@ from mission.executive.executive import Executive
 from mission.executive.monitors import Energy, Monitors
 from mission.executive.phases import Phase
 from mission.flying.ways import along
-from planner.problem import Limits
+from planner.information import uniform
+from planner.obstacles import Obstacle, ObstacleField
+from planner.problem import Limits, Problem
+from planner.trajectory import Motion
+from planner.workspace import Workspace
 from sim_bridge.state import (
     Command,
     CommandDone,
@@ -36,6 +40,18 @@ STEP_S = 0.05
 CORNERS = np.array([[20.0, 0.0, 10.0], [60.0, 0.0, 10.0], [60.0, 40.0, 15.0], [20.0, 40.0, 12.0]])
 HEARTBEAT_LAG_S = 0.8
 FAR_AWAY = np.full(3, 1e4)
+BOX = Workspace(np.array([-1000.0, -1000.0, 0.0]), np.array([1000.0, 1000.0, 100.0]))
+KNOWN = Problem(
+    workspace=BOX,
+    information=uniform(BOX),
+    obstacles=ObstacleField.of([]),
+    limits=LIMITS,
+    start=Motion.at_rest(np.zeros(3)),
+    end_position_m=None,
+    duration_s=60.0,
+    vehicle_radius_m=0.5,
+    clearance_margin_m=1.0,
+)
 
 
 class Vehicle:
@@ -154,7 +170,8 @@ class Flight:
             energy=Energy(1200.0, 0.15, 5.0, 2.0, 1.5),
             cruise_height_m=10.0,
         )
-        self.executive = Executive(assignment, monitors)
+        self.known = KNOWN
+        self.executive = Executive(assignment, monitors, lambda: self.known)
         self.now_s = 0.0
         self.course = None
         self.no_way = ""
@@ -183,16 +200,20 @@ class Flight:
                     self.withdrawn.append(self.phase)
                 case RunChecks() if self.checks_end:
                     self.answers.append(Checked(self.problems, last_item=self.last_item))
-                case FindWay(goal, start, end):
+                case FindWay(start_m=start, end_m=end):
                     if self.no_way:
-                        self.answers.append(WayFound(goal, None, self.no_way))
+                        self.answers.append(WayFound(action, None, self.no_way))
                     else:
                         way = along(np.array([start, end]), LIMITS)
-                        self.answers.append(WayFound(goal, way))
+                        self.answers.append(WayFound(action, way))
                 case Entered(phase):
                     self.phases.append(phase)
                 case Say(text):
                     self.said.append(text)
+
+    def learn(self, *obstacles: Obstacle) -> None:
+        """From now on these are known, and nothing else."""
+        self.known = dataclasses.replace(KNOWN, obstacles=ObstacleField.of(obstacles))
 
     def tell(self, event) -> None:
         self.act(self.executive.receive(event, self.now_s))

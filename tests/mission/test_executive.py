@@ -4,12 +4,12 @@ import numpy as np
 import pytest
 
 from mission.executive.events import (
-    CourseBlocked,
     FlightEnd,
     FlightMethod,
     Operator,
 )
 from mission.executive.phases import FINAL, Phase
+from planner.obstacles import Sphere
 from sim_bridge.state import (
     Command,
     FlightMode,
@@ -131,7 +131,9 @@ def test_whatever_happens_in_whatever_order_the_flight_ends(seed):
             case 7:
                 flight.vehicle.set_mode(FlightMode.HOLD, flight.now_s)
             case 8:
-                flight.tell(CourseBlocked(float(random.uniform(0.0, 40.0)), "a crane"))
+                course = flight.executive.course
+                if course is not None:
+                    flight.learn(Sphere(course.motion_at(float(random.uniform(0.0, 40.0))).position_m, 2.0))
     flight.vehicle.silent = False
     flight.obstacle = FAR_AWAY
     flight.vehicle.refuse.clear()

@@ -5,11 +5,7 @@ import dataclasses
 import numpy as np
 import pytest
 
-from mission.executive.events import (
-    CourseBlocked,
-    NewCourse,
-    Operator,
-)
+from mission.executive.events import NewCourse
 from mission.executive.phases import Phase
 from mission.flying.ways import along
 from planner.trajectory import Trajectory
@@ -64,26 +60,3 @@ def test_a_course_that_does_not_continue_the_old_one_is_an_error():
     assert course is not None
     with pytest.raises(ValueError, match="does not continue"):
         flight.tell(NewCourse(along(CORNERS[::-1], LIMITS).__class__(CORNERS[::-1], 1.0, course.end_s - 1.0)))
-
-
-def test_a_blocked_course_is_flown_up_to_the_block_and_no_further():
-    flight = Flight().exploring()
-    course = flight.executive.course
-    assert course is not None
-    blocked_s = course.at(flight.now_s).curve_s + 8.0
-    place = course.motion_at(blocked_s).position_m
-    flight.tell(CourseBlocked(blocked_s, "a crane"))
-    flight.run_for(1.0)
-    assert flight.phase is Phase.FOLLOWING
-    flight.run_for(20.0)
-    assert flight.phase is Phase.HOLDING
-    assert np.linalg.norm(flight.vehicle.position - place) > 1.0
-    flight.tell(Operator.RESUME)
-    assert flight.phase is Phase.HOLDING
-    stop = flight.executive.course.stop_position()
-    # Proven from another place: it would be a jump to there.
-    flight.tell(NewCourse(along(np.array([np.add(stop, [3.0, 0.0, 0.0]), [20.0, 20.0, 10.0]]), LIMITS)))
-    assert flight.phase is Phase.HOLDING
-    flight.tell(NewCourse(along(np.array([stop, [20.0, 20.0, 10.0]]), LIMITS)))
-    assert flight.phase is Phase.FOLLOWING
-    assert flight.run().phase is Phase.LANDED

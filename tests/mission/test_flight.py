@@ -146,29 +146,47 @@ def test_the_operators_wishes_reach_the_flight_through_its_inbox(planned, tmp_pa
     assert phases[phases.index("holding") :][:3] == ["holding", "exploring", "turning back"]
 
 
-@pytest.mark.slow
 def test_an_obstacle_on_the_course_is_never_flown_into(planned, tmp_path):
     folder, file = tmp_path / "flight", tmp_path / "crane.json"
     crane = {"kind": "sphere", "center_enu_m": [50.0, 57.5, 14.5], "radius_m": 4.0}
     file.write_text(json.dumps({"obstacle": [crane]}))
-    back = tmp_path / "back.json"
-    back.write_text(json.dumps({"command": "return"}))
 
     def push():
         assert push_into(folder, file, 10.0)
-        until = time.monotonic() + 20.0
-        while Phase.HOLDING not in notes.phases and time.monotonic() < until:
-            time.sleep(0.05)
-        push_into(folder, back, 10.0)
 
     notes = Notes(Phase.FOLLOWING, lambda: threading.Thread(target=push).start())
     flown = fly_planned(planned(), settings(tmp_path, speed=10.0), notes)
-    # Nothing replans here, so it stands before the crane until it is called back, and goes home around it.
-    assert "holding" in flown.summary["phases"]
-    assert flown.summary["landed"]
+    # Nothing replans here, so before the crane it turns back, and goes home around it.
+    phases = flown.summary["phases"]
+    assert phases[phases.index("exploring") :] == [
+        "exploring",
+        "holding",
+        "turning back",
+        "returning",
+        "landing",
+        "landed",
+    ]
     assert flown.summary["min_clearance_m"] > 0.5
     flight = read_flight_folder(folder)
     assert flight.problem.obstacles.distance(np.array([[50.0, 57.5, 14.5]]))[0] == pytest.approx(-4.0)
+
+
+def test_an_obstacle_that_is_pushed_while_paused_is_not_flown_into_afterwards(planned, tmp_path):
+    folder = tmp_path / "flight"
+
+    def push():
+        crane = {"kind": "sphere", "center_enu_m": [70.0, 40.0, 13.5], "radius_m": 4.0}
+        for what in ({"command": "pause"}, {"obstacle": [crane]}, {"command": "resume"}):
+            file = tmp_path / "push.json"
+            file.write_text(json.dumps(what))
+            answer = push_into(folder, file, 10.0)
+            assert answer is not None
+            assert answer["accepted"]
+
+    notes = Notes(Phase.FOLLOWING, lambda: threading.Thread(target=push).start())
+    flown = fly_planned(planned(), settings(tmp_path, speed=10.0), notes)
+    assert flown.outcome is Outcome.EARLY
+    assert flown.summary["min_clearance_m"] > 0.5
 
 
 def test_an_interrupted_flight_comes_home_and_is_flown_on_later(planned, tmp_path):

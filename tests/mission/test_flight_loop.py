@@ -56,8 +56,8 @@ def test_checks_that_break_off_are_checks_that_failed(error):
     ("error", "reason"), [(ValueError("walled in"), "walled in"), (MemoryError(), "MemoryError: ")]
 )
 def test_a_way_whose_search_breaks_off_is_no_way(error, reason):
-    answer = answer_to(FindWay(Goal.HOME, (0.0, 0.0, 5.0), (9.0, 0.0, 5.0)), error)
-    assert answer == WayFound(Goal.HOME, None, reason)
+    asked = FindWay(Goal.HOME, (0.0, 0.0, 5.0), (9.0, 0.0, 5.0), 7)
+    assert answer_to(asked, error) == WayFound(asked, None, reason)
 
 
 def test_ctrl_c_calls_back_then_lands_then_leaves():
@@ -188,7 +188,7 @@ class Answered:
         self._answers = [(SimpleNamespace(request=request, solve_s=0.1), Verdict(trajectory, "better"))]
         self.asked = 0
 
-    def poll(self, executive, now_s, *, must_leave):
+    def poll(self, executive, now_s):
         return self._answers.pop() if self._answers else None
 
     def ask(self, executive, now_s, rate):

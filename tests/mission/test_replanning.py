@@ -120,6 +120,38 @@ def test_a_plan_that_begins_elsewhere_is_not_taken():
     assert "does not continue" in verdict.reason
 
 
+def test_a_plan_that_begins_behind_what_blocks_the_course_is_not_taken():
+    known = dataclasses.replace(
+        PROBLEM, obstacles=ObstacleField.of([Sphere(CURVE.motion_at(0.6 * SWITCH_S).position_m, 0.2)])
+    )
+    verdict = judge(reply((continuing(), 0.4)), course(), 0.0, known, must_leave=True)
+    assert verdict.trajectory is None
+    assert "blocked before it" in verdict.reason
+
+
+def test_a_blocked_course_is_left_for_any_proven_plan(cycle):
+    made, answers = cycle
+    made._to_warm.clear()
+    executive = Following()
+    for blocked_s, taken in ((None, False), (30.0, True)):
+        executive.blocked_s = blocked_s
+        made.hurry()
+        assert made.ask(executive, 0.0, 1.0) is not None
+        asked = dataclasses.replace(answers.asked[-1], problem=request().problem, switch_s=SWITCH_S)
+        answers.reply = dataclasses.replace(reply((continuing(), 0.6), asked=asked))
+        answered_with = made.poll(executive, 1.0)
+        assert answered_with is not None
+        assert (answered_with[1].trajectory is not None) == taken, answered_with[1].reason
+
+
+def test_nothing_is_asked_from_behind_what_blocks_the_course(cycle):
+    made, _ = cycle
+    made._to_warm.clear()
+    executive = Following()
+    executive.blocked_s = 11.0
+    assert made.ask(executive, 10.0, 1.0) is None
+
+
 def test_what_was_learned_while_it_was_solved_counts_and_the_next_best_is_taken():
     best, second = continuing(8.0), continuing(-8.0)
     known = dataclasses.replace(PROBLEM, obstacles=ObstacleField.of([Sphere(farthest_aside(best), 4.0)]))
@@ -257,6 +289,7 @@ class Following:
         self.phase = Phase.FOLLOWING
         self.exploration = CURVE
         self.held_by_block = False
+        self.blocked_s = None
 
 
 @pytest.fixture
@@ -280,7 +313,7 @@ def test_before_the_exploration_the_solver_is_warmed_up_and_nothing_is_judged(cy
     assert made.ask(executive, 0.0, 1.0) is None
     assert [asked.number for asked in answers.asked] == [WARM_UP]
     answered(answers)
-    assert made.poll(executive, 0.1, must_leave=False) is None
+    assert made.poll(executive, 0.1) is None
 
 
 def test_a_replan_takes_over_as_far_ahead_as_solves_take(cycle):
@@ -309,7 +342,7 @@ def test_replans_keep_their_period_unless_there_is_hurry(cycle):
     executive = Following()
     assert made.ask(executive, 5.0, 1.0) is not None
     answered(answers)
-    made.poll(executive, 6.0, must_leave=False)
+    made.poll(executive, 6.0)
     assert made.ask(executive, 7.0, 1.0) is None
     made.hurry()
     assert made.ask(executive, 7.1, 1.0) is not None
@@ -339,7 +372,7 @@ def test_before_a_block_it_asks_from_where_it_stands_and_gives_up_after_a_while(
         assert asked.problem.start.position_m == pytest.approx(np.array(executive.course.stop_position()))
         assert not asked.problem.start.velocity_mps.any()
         answered(answers)
-        made.poll(executive, 31.0 + 10.0 * attempt, must_leave=True)
+        made.poll(executive, 31.0 + 10.0 * attempt)
     assert made.hopeless
 
 
