@@ -188,6 +188,13 @@ def stays_clear_of_obstacles(mission: Mission) -> Iterator[Finding]:
         standing = [(path, field.standing) for path, field in fields]
         path = f"site.rally_enu_m.{index}"
         yield from _too_near(path, spelled(place), "the descent to it", column, standing, keep_out_m)
+    if mission.flight.end == "land" and (end := mission.planner.ends_at_m) is not None:
+        heights = np.arange(home[2] + keep_out_m, end[2], CLIMB_STEP_M)
+        below = np.column_stack([np.full((len(heights), 2), end[:2]), heights])
+        standing = [(path, field.standing) for path, field in fields]
+        if len(below):
+            path = "planner.end_enu_m" if mission.planner.end_enu_m is not None else "planner.start_enu_m"
+            yield from _too_near(path, spelled(end), "the landing below it", below, standing, keep_out_m)
     try:
         density = density_of(mission.information, mission.site)
     except ValueError as error:

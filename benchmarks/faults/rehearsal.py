@@ -189,7 +189,7 @@ class Rehearsal:
         )
         self.executive = Executive(assignment, monitors_of(asked, self._belief, energy), lambda: self._belief.problem)
         # Only the finding of ways is used, which needs no vehicle.
-        self._ground = Ground(asked, self._belief, None, energy, None, assignment, lambda _: None, lambda: True)  # pyright: ignore[reportArgumentType]
+        self._ground = Ground(asked, self._belief, None, energy, None, assignment, lambda _: (), lambda: True)  # pyright: ignore[reportArgumentType]
         self._clock = FlightClock(0.0)
         self._course: Course | None = None
         self._answers: list = []

@@ -61,6 +61,7 @@ class Assignment:
         item_times_s: Curve time passed when an item of an uploaded mission is reached, up to the last waypoint.
         only_home: Whether the exploration was flown to its end before, and the vehicle is only to be brought home.
         resumed: Whether it goes on with an earlier flight, whose vehicle may be in the air.
+        rally_m: Above where it may land instead of home, at whatever height.
     """
 
     exploration: Trajectory
@@ -74,6 +75,7 @@ class Assignment:
     item_times_s: tuple[float, ...] = ()
     only_home: bool = False
     resumed: bool = False
+    rally_m: tuple[Vector, ...] = ()
 
 
 class Goal(enum.Enum):
@@ -89,6 +91,19 @@ class Connected:
 
 
 @dataclasses.dataclass(frozen=True)
+class MissionPlace:
+    """A place that an uploaded mission leads to.
+
+    Attributes:
+        number: Of its item, in the vehicle's counting.
+        position_m: Where it is.
+    """
+
+    number: int
+    position_m: Vector
+
+
+@dataclasses.dataclass(frozen=True)
 class Checked:
     """How the checks before arming ended.
 
@@ -97,14 +112,14 @@ class Checked:
         notes: What is worth saying.
         exploration: The curve to fly, slowed down where the vehicle is slower; None: as it was.
         limits: The smaller of the mission's and the vehicle's limits; None: the mission's.
-        last_item: Number of the last waypoint of an uploaded mission; None: none was uploaded.
+        places: Of an uploaded mission, in order; empty: none was uploaded.
     """
 
     problems: tuple[str, ...]
     notes: tuple[str, ...] = ()
     exploration: Trajectory | None = None
     limits: Limits | None = None
-    last_item: int | None = None
+    places: tuple[MissionPlace, ...] = ()
 
 
 @dataclasses.dataclass(frozen=True)

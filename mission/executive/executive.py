@@ -20,6 +20,7 @@ from mission.executive.events import (
     Connected,
     Event,
     FlightEnd,
+    MissionPlace,
     NewCourse,
     NoWayRound,
     Operator,
@@ -30,6 +31,7 @@ from mission.executive.events import (
 )
 from mission.executive.hearing import Hearing
 from mission.executive.known_vehicle import KnownVehicle
+from mission.executive.landing import Landing
 from mission.executive.link_watch import LinkWatch, Silence
 from mission.executive.lookout import Lookout, blocks
 from mission.executive.monitors import Monitors
@@ -37,6 +39,7 @@ from mission.executive.phase_machine import GOAL, PhaseMachine
 from mission.executive.phases import FINAL, ON_COURSE, Phase, Trigger
 from mission.executive.standing_order import STREAM_FIRST_S, StandingOrder
 from mission.executive.stay import limit_s
+from mission.executive.uploaded import is_blocked
 from planner.problem import Problem
 from planner.trajectory import Trajectory
 from sim_bridge.state import (
@@ -83,7 +86,8 @@ class Executive:
         self._keeper = CourseKeeper(assignment, from_s)
         self._order = StandingOrder(assignment.takeoff_altitude_m, self._patience)
         self._link = LinkWatch(now_s, self._patience)
-        self._machine = PhaseMachine(assignment, self._vehicle, self._keeper, self._order, now_s)
+        self._landing = Landing(known, monitors.least_clearance_m, assignment.rally_m, assignment.takeoff_altitude_m)
+        self._machine = PhaseMachine(self._vehicle, self._keeper, self._order, self._landing, now_s)
         self._hearing = Hearing(
             assignment,
             monitors,
@@ -98,7 +102,8 @@ class Executive:
         self._known = known
         self._ahead = Lookout(known)
         self._blocked_s: float | None = None
-        self._last_item: int | None = None
+        self._held_against = (known(), self._machine.phase)
+        self._places: tuple[MissionPlace, ...] = ()
         self._reached: int | None = None
 
     @property
@@ -157,6 +162,12 @@ class Executive:
         """Curve time from which what is known blocks the course; None: nowhere, or no course is flown."""
         return self._blocked_s
 
+    def consequence(self) -> str:
+        """What becomes of the landing with what is known now, where it does not stay as it was; empty: it does."""
+        if self._vehicle.home_m is None or self.state is None:
+            return ""
+        return self._landing.consequence(self._vehicle.home_m, self.state)
+
     def receive(self, event: Event, now_s: float) -> list[Action]:
         """Take in what happened.
 
@@ -194,13 +205,14 @@ class Executive:
             case StreamFailed():
                 self._fire(Trigger.STREAM_FAILED, now_s)
             case MissionProgress():
-                self._reached, last = event.reached, self._last_item
-                done = self._reached is not None and last is not None and self._reached >= last
+                self._reached, places = event.reached, self._places
+                done = self._reached is not None and bool(places) and self._reached >= places[-1].number
                 if self.phase is Phase.AUTO_MISSION and done:
                     self._end_exploration(now_s)
             case Operator():
                 self._operate(event, now_s)
         # Whatever has begun now, it must not lead into what is known.
+        self._watch_known(now_s)
         self._watch_block(now_s)
         return self._machine.drain()
 
@@ -214,6 +226,7 @@ class Executive:
             What to do, in order.
         """
         self._watch_link(now_s)
+        self._watch_known(now_s)
         self._watch_course(now_s)
         keeper = self._keeper
         limit = limit_s(self.phase, self.assignment, keeper.exploration, keeper.course, self._patience, keeper.rate)
@@ -233,11 +246,11 @@ class Executive:
 
     def _passed_s(self) -> float | None:
         """Curve time at the last item that a vehicle reached which flies an uploaded mission; None: it reached none."""
-        times_s, last, reached = self.assignment.item_times_s, self._last_item, self._reached
-        if last is None or reached is None or not times_s:
+        times_s, reached = self.assignment.item_times_s, self._reached
+        if not self._places or reached is None or not times_s:
             return None
         # Autopilots count from different numbers, and the last waypoint is known to both.
-        index = min(max(reached - last + len(times_s) - 1, 0), len(times_s) - 1)
+        index = min(max(reached - self._places[-1].number + len(times_s) - 1, 0), len(times_s) - 1)
         planned, flown = self.assignment.exploration, self.exploration
         slower = flown.knot_interval_s / planned.knot_interval_s
         return flown.start_s + (times_s[index] - planned.start_s) * slower
@@ -276,7 +289,7 @@ class Executive:
             self._keeper.keep_to(checked.limits)
             energy = self.monitors.energy.within(checked.limits)
             self._hearing.monitors = dataclasses.replace(self.monitors, energy=energy)
-        self._last_item = checked.last_item
+        self._places = checked.places
         self._fire(Trigger.CHECKS_FAILED if checked.problems else Trigger.CHECKS_PASSED, now_s)
 
     def _way_found(self, found: WayFound, now_s: float) -> None:
@@ -331,6 +344,30 @@ class Executive:
             case None:
                 pass
 
+    def _watch_known(self, now_s: float) -> None:
+        """Hold the climb, the uploaded mission and the way down against what was learned."""
+        phase, before = self.phase, self._held_against
+        self._held_against = (self._known(), phase)
+        learned, entered = self._held_against[0] is not before[0], phase is not before[1]
+        if not (learned or entered) or self.state is None:
+            return
+        position_m = self.state.position_enu_m
+        home_m = self._vehicle.home_m or position_m
+        match phase:
+            case Phase.ARMING | Phase.TAKING_OFF:
+                blocked = not self._landing.clear(home_m, from_up_m=position_m[2])
+            case Phase.AUTO_MISSION:
+                end_m = self._places[-1].position_m if self._places else position_m
+                leads_clear = not is_blocked(self._places, self._reached, self._known())
+                blocked = not (leads_clear and self._landing.clear_at_end(end_m, home_m, self.assignment.end))
+            case Phase.LANDING if learned:
+                # Beside what was known before it was allowed to land.
+                blocked = not self._landing.clear(self._landing.below(position_m, home_m[2]), position_m[2])
+            case _:
+                blocked = False
+        if blocked:
+            self._fire(Trigger.BLOCKED, now_s)
+
     def _watch_block(self, now_s: float) -> None:
         """Look along the course ahead, and brake in time before what blocks it."""
         keeper, before_s = self._keeper, self._blocked_s
@@ -362,8 +399,24 @@ class Executive:
         elif self.phase is Phase.FOLLOWING and keeper.finished(now_s):
             self._end_exploration(now_s)
         elif self.phase in ON_COURSE and keeper.finished(now_s):
-            self._fire(Trigger.ARRIVED, now_s)
+            self._fire(self._arrival(), now_s)
+
+    def _arrival(self) -> Trigger:
+        """What the end of a way is: above home it must be clear below, or it lands elsewhere, or nowhere."""
+        place_m, home_m = self._machine.landing_m, self._vehicle.home_m
+        if self.phase is not Phase.RETURNING or place_m is None or home_m is None or self._landing.clear(place_m):
+            return Trigger.ARRIVED
+        return Trigger.NO_LANDING if self._landing.place(home_m, place_m) is None else Trigger.BLOCKED
 
     def _end_exploration(self, now_s: float) -> None:
         self._keeper.explored = True
-        self._fire(_END_TRIGGER[self.assignment.end], now_s)
+        trigger, course, home_m = _END_TRIGGER[self.assignment.end], self.course, self._vehicle.home_m
+        if (
+            trigger is Trigger.EXPLORED_LAND
+            and course is not None
+            and home_m is not None
+            and not self._landing.clear_at_end(course.stop_position(), home_m, self.assignment.end)
+        ):
+            self._machine.say("something stands below the end of the path: it lands at home", warning=True)
+            trigger = Trigger.EXPLORED
+        self._fire(trigger, now_s)

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 from mission.executive import readings
 from mission.executive.course_keeper import CourseKeeper
 from mission.executive.events import Assignment, FlightMethod
@@ -19,6 +21,7 @@ _TELLS_WITHIN_S = 10.0
 _DOUBTED = 0.1
 """A charge that is told by so much higher than the endurance allows is said to be doubted."""
 _BEHIND_SHARE = 0.2
+_STANDS_MPS = 0.5
 # Gusts pass, lag stays.
 _STRAYS_S = 1.0
 _ALARM_TRIGGER = {
@@ -188,7 +191,10 @@ class Hearing:
         ):
             # Setpoints go on until the vehicle has taken the mode that does without them.
             self._machine.stop_stream()
-        if self._phase is Phase.HANDING_OVER and state.mode is FlightMode.HOLD:
+        before_block = self._phase is Phase.AUTO_HOLD and self._machine.interruption.by_block
+        if before_block and (not stay.settled(now_s) or math.hypot(*state.velocity_enu_mps) > _STANDS_MPS):
+            return
+        if (before_block or self._phase is Phase.HANDING_OVER) and state.mode is FlightMode.HOLD:
             self._fire(Trigger.MODE_TAKEN, now_s)
 
     def _watch_alarms(self, state: VehicleState, now_s: float) -> None:

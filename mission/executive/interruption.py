@@ -34,7 +34,7 @@ class Interruption:
             self._blind_from = phase
         elif goto is Phase.RETURN_PAUSED:
             self._paused_from = phase
-        elif goto is Phase.HOLDING:
+        elif goto in (Phase.HOLDING, Phase.AUTO_HOLD):
             self._held_from, self._held_for = phase, trigger
 
     def interrupted_by(self, phase: Phase) -> Phase:
@@ -55,6 +55,11 @@ class Interruption:
     def by_block(self) -> bool:
         """Whether it was new information in the way."""
         return self._held_for is Trigger.BLOCKED
+
+    @property
+    def nowhere_to_land(self) -> bool:
+        """Whether it was that no place to land is clear."""
+        return self._held_for is Trigger.NO_LANDING
 
     @property
     def passes(self) -> bool:

@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 from mission.executive.course_keeper import CourseKeeper
-from mission.executive.events import Action, Assignment, Entered, FindWay, Goal, RunChecks, Say, Stream, Withdraw
+from mission.executive.events import Action, Entered, FindWay, Goal, RunChecks, Say, Stream, Withdraw
 from mission.executive.interruption import Interruption
 from mission.executive.known_vehicle import KnownVehicle
+from mission.executive.landing import Landing
 from mission.executive.phases import FINAL, STREAMING, Phase, Trigger, next_phase
 from mission.executive.standing_order import StandingOrder
 from mission.executive.stay import Stay
-from sim_bridge.state import FlightMode
+from sim_bridge.state import FlightMode, Vector
 
 GOAL = {
     Phase.ENTERING: Goal.EXPLORATION,
@@ -47,30 +48,32 @@ class PhaseMachine:
     """The phase a flight is in, and everything that entering one sets off.
 
     Args:
-        assignment: What to fly.
         vehicle: The vehicle as far as it was heard.
         keeper: Keeps the course.
         order: What the vehicle is asked for.
+        landing: Chooses where to land.
         now_s: Flight clock at the beginning.
     """
 
     def __init__(
         self,
-        assignment: Assignment,
         vehicle: KnownVehicle,
         keeper: CourseKeeper,
         order: StandingOrder,
+        landing: Landing,
         now_s: float,
     ) -> None:
-        self._assignment = assignment
         self._vehicle = vehicle
         self._keeper = keeper
         self._order = order
+        self._landing = landing
         self._actions: list[Action] = []
         self._asked = 0
         self.interruption = Interruption()
         self.wanted: FindWay | None = None
         """The way that is sought; None: none."""
+        self.landing_m: Vector | None = None
+        """Where the way home leads, on the ground; None: none was sought yet."""
         self.stay = Stay(Phase.CONNECTING, now_s)
         self.why = "started"
 
@@ -88,6 +91,9 @@ class PhaseMachine:
         phase, trigger = self.phase, self._sparing(trigger)
         row = next_phase(phase, trigger)
         if row is None:
+            return False
+        if trigger is Trigger.BATTERY_LOW and self.interruption.nowhere_to_land:
+            # It is home already.
             return False
         goto = self.interruption.interrupted_by(phase) if row.goto is None else row.goto
         if row.goto is not None:
@@ -218,9 +224,10 @@ class PhaseMachine:
         assert keeper.course is not None, "a way is only sought where the vehicle has been heard"
         if goal is Goal.EXPLORATION:
             end = keeper.rejoin_m()
-        elif self._vehicle.home_m is not None:
-            east, north, up = self._vehicle.home_m
-            end = (east, north, up + self._assignment.takeoff_altitude_m)
+        elif (home_m := self._vehicle.home_m) is not None:
+            # Where nowhere is clear it is home that it stands above.
+            self.landing_m = self._landing.place(home_m, keeper.course.stop_position()) or home_m
+            end = self._landing.above(self.landing_m)
         else:
             self.say("the vehicle has not told where its home is", warning=True)
             self.fire(Trigger.NO_WAY, now_s)

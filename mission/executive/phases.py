@@ -85,6 +85,7 @@ class Trigger(enum.Enum):
     GIVEN_UP = "too many recoveries"
     BLOCKED = "new information blocks the course"
     UNBLOCKED = "a new course is proven"
+    NO_LANDING = "no place to land is clear"
     TIMED_OUT = "the phase took too long"
 
 
@@ -177,6 +178,8 @@ TABLE: tuple[Row, ...] = (
     Row((_P.TAKING_OFF,), _T.TIMED_OUT, _P.LANDING, "the take-off took too long"),
     Row((_P.TAKING_OFF,), _T.DISARMED, _P.ABORTED, "the vehicle disarmed before it left the ground"),
     Row((_P.TAKING_OFF,), _T.OUTSIDE, _P.LANDING, "the climb drifted out of the fence"),
+    Row((_P.ARMING,), _T.BLOCKED, _P.DISARMING, "new information blocks the climb"),
+    Row((_P.TAKING_OFF,), _T.BLOCKED, _P.LANDING, "new information blocks the climb"),
     # A flight that is resumed in the air; who steers the vehicle keeps it (`phase_machine`).
     Row((_P.WAITING_READY,), _T.READY_ALOFT, _P.CHECKING_ALOFT, "it flies already"),
     Row((_P.CHECKING_ALOFT,), _T.CHECKS_PASSED, _P.ENTERING, "every check passed, and nobody steers it"),
@@ -227,6 +230,8 @@ TABLE: tuple[Row, ...] = (
     Row((_P.TURNING_BACK,), _T.NO_WAY, _P.VEHICLE_RETURN, "no proven way leads home"),
     Row((_P.TURNING_BACK, _P.RETURNING), _T.TIMED_OUT, _P.VEHICLE_RETURN, "the way home took too long"),
     Row((_P.RETURNING,), _T.ARRIVED, _P.LANDING, "above home"),
+    Row((_P.RETURNING,), _T.NO_LANDING, _P.HOLDING, "no place to land is clear: it stands above home"),
+    Row((_P.LANDING,), _T.BLOCKED, _P.TAKING_BACK, "new information blocks the way down"),
     Row(STREAMING, _T.STREAM_FAILED, _P.VEHICLE_RETURN, "setpoints cannot be sent any more"),
     Row((_P.TAKING_OFF,), _T.RETURN, _P.LANDING, "called back during take-off"),
     Row(
@@ -273,6 +278,7 @@ TABLE: tuple[Row, ...] = (
     Row((_P.AUTO_MISSION,), _T.TOO_CLOSE, _P.VEHICLE_RETURN, "closer to an obstacle than allowed"),
     Row((_P.AUTO_MISSION,), _T.TIMED_OUT, _P.VEHICLE_RETURN, "it took far longer than planned"),
     Row((_P.AUTO_MISSION,), _T.BLOCKED, _P.AUTO_HOLD, "new information blocks the mission"),
+    Row((_P.AUTO_HOLD,), _T.MODE_TAKEN, _P.TAKING_BACK, "it stands before what blocks the mission"),
     Row(_AUTO, _T.BATTERY_LOW, _P.VEHICLE_RETURN, "the charge left is what the way home needs"),
     Row(_AUTO, _T.OUTSIDE, _P.VEHICLE_RETURN, "outside the fence"),
     Row(_AUTO, _T.RETURN, _P.VEHICLE_RETURN, "called back by the operator"),

@@ -20,7 +20,7 @@ import numpy as np
 
 from mission import keys
 from mission.checks import findings_for_flying
-from mission.executive.events import FlightMethod
+from mission.executive.events import FlightMethod, MissionPlace
 from mission.executive.executive import Executive
 from mission.executive.phases import Phase
 from mission.findings import Finding, InputError
@@ -204,7 +204,7 @@ def _flown(planned: Planned, settings: FlightSettings, watcher: Watcher) -> Flow
                 belief,
                 link,
                 energy,
-                Pushes(mission, belief, Intake(settings.folder, mission), lambda: ""),
+                Pushes(mission, belief, Intake(settings.folder, mission), executive.consequence),
                 assignment,
                 lambda aloft: _prepare(link, planned, settings, aloft),
                 lambda: cycle is None or cycle.warm,
@@ -274,8 +274,8 @@ def _begun(planned: Planned, settings: FlightSettings) -> tuple[Recorder, list[P
     return recorder, files
 
 
-def _prepare(link: Link, planned: Planned, settings: FlightSettings, aloft: bool) -> int | None:
-    """What must be done before arming, uploads above all; the number of the last waypoint of an uploaded mission.
+def _prepare(link: Link, planned: Planned, settings: FlightSettings, aloft: bool) -> tuple[MissionPlace, ...]:
+    """What must be done before arming, uploads above all; where an uploaded mission leads.
 
     A mission uploaded to a vehicle that is flying one would be flown at once, whoever has the vehicle: what remains of
     a flight that is resumed in the air is flown by setpoints.
@@ -288,7 +288,7 @@ def _prepare(link: Link, planned: Planned, settings: FlightSettings, aloft: bool
         raise ValueError("; ".join(problems))
     plan = plan_file_of(planned)
     upload_safety(link, plan)
-    return upload_plan(link, plan) if settings.method is FlightMethod.MISSION and not aloft else None
+    return upload_plan(link, plan) if settings.method is FlightMethod.MISSION and not aloft else ()
 
 
 def outcome_of(executive: Executive) -> Outcome:

@@ -46,6 +46,7 @@ def assignment_of(
         only_home=only_home,
         item_times_s=item_times_s(plan_file_of(planned)) if method is FlightMethod.MISSION else (),
         resumed=resumed,
+        rally_m=mission.site.rally_enu_m,
     )
 
 

@@ -9,8 +9,9 @@ from collections.abc import Callable
 import numpy as np
 
 from mission.executive.course import vector
-from mission.executive.events import Assignment, Checked, FindWay, Goal
+from mission.executive.events import Assignment, Checked, FindWay, FlightMethod, Goal, MissionPlace
 from mission.executive.monitors import Energy
+from mission.executive.uploaded import is_blocked
 from mission.flying import preflight, vehicle_settings
 from mission.flying.belief import Belief
 from mission.flying.pushes import Pushes, TakenIn
@@ -26,9 +27,9 @@ from sim_bridge.state import Vector, VehicleState
 
 _WARM_UP_HOST_S = 90.0
 
-Prepare = Callable[[bool], int | None]
-"""Does what else must be done before arming (uploads), told whether the vehicle flies already: the number of the last
-waypoint of an uploaded mission, if there is one; its refusal is a LinkError or a ValueError."""
+Prepare = Callable[[bool], tuple[MissionPlace, ...]]
+"""Does what else must be done before arming (uploads), told whether the vehicle flies already: where an uploaded
+mission leads, if there is one; its refusal is a LinkError or a ValueError."""
 
 
 class Ground:
@@ -93,16 +94,26 @@ class Ground:
         problems = list(settings.problems)
         if not problems:
             problems += self._way_problems(state, home, exploration, self._energy.within(settings.limits))
-        last_item = None
+        notes, places = list(settings.notes), ()
+        if below := preflight.landing_problems(exploration, self._assignment.end, home, planned):
+            if self._assignment.method is FlightMethod.MISSION:
+                problems.append(f"{below}: give planner.end_enu_m where it can land")
+            else:
+                notes.append(f"{below}: it will fly home and land there")
         if not problems:
             try:
-                last_item = self._prepare(state.aloft)
+                places = self._prepare(state.aloft)
             except (LinkError, ValueError) as error:
                 problems.append(str(error))
+            if places and is_blocked(places, None, self._belief.problem):
+                problems.append(
+                    "a straight leg of the uploaded mission leads too near to an obstacle, the one from the climb to "
+                    "the start included: set flight.takeoff_altitude_m or planner.start_enu_m above it"
+                )
         until_s = time.monotonic() + _WARM_UP_HOST_S
         while not problems and not state.aloft and not self._warm() and time.monotonic() < until_s:
             time.sleep(0.05)
-        return Checked(tuple(problems), settings.notes, exploration, settings.limits, last_item)
+        return Checked(tuple(problems), tuple(notes), exploration, settings.limits, places)
 
     def _way_problems(self, state: VehicleState, home: Vector, exploration: Trajectory, energy: Energy) -> list[str]:
         """Whether there are ways to the exploration and home, and charge for them."""

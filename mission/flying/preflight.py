@@ -13,11 +13,14 @@ from pathlib import Path
 
 import numpy as np
 
+from mission.executive.events import FlightEnd
 from mission.executive.monitors import STALE_CHARGE_S, Energy
 from mission.flying.vehicle_settings import Reach
+from mission.site.column import nearest_in_column
 from mission.site.fence import Corner
 from planner.polygon import KeepIn
 from planner.problem import Problem
+from planner.trajectory import Trajectory
 from sim_bridge.state import Vector, VehicleState
 
 FARTHEST_HOME_M = 100.0
@@ -91,17 +94,34 @@ def place_problems(state: VehicleState, home_m: Vector, problem: Problem, takeof
         )
     if not found:
         east, north, up = state.position_enu_m
-        heights = up + np.linspace(0.0, takeoff_altitude_m, 200)
-        column = np.column_stack([np.full(200, east), np.full(200, north), heights])
-        # The climb begins on the ground, below every height that is kept above it.
-        clear = problem.obstacles.standing.distance(column)
-        if clear.min() < problem.keep_out_m:
-            worst = int(clear.argmin())
+        nearest = nearest_in_column(problem.obstacles, (east, north), up, up + takeoff_altitude_m)
+        if nearest.distance_m < problem.keep_out_m:
             found.append(
-                f"the climb passes {clear[worst]:.1f} m from an obstacle at height {heights[worst]:.0f} m, "
+                f"the climb passes {nearest.distance_m:.1f} m from an obstacle at height {nearest.up_m:.0f} m, "
                 f"{problem.keep_out_m:.1f} m are needed: take off elsewhere"
             )
     return found
+
+
+def landing_problems(exploration: Trajectory, end: FlightEnd, home_m: Vector, problem: Problem) -> str:
+    """What stands below the end of a path that is landed at; empty: nothing, or it does not land there.
+
+    Args:
+        exploration: The path.
+        end: What happens at its end.
+        home_m: Where the vehicle takes off.
+        problem: What is planned in.
+    """
+    if end is not FlightEnd.LAND:
+        return ""
+    east, north, up = exploration.motion_at(exploration.end_s).position_m.tolist()
+    nearest = nearest_in_column(problem.obstacles, (east, north), home_m[2] + problem.keep_out_m, up)
+    if nearest.distance_m >= problem.keep_out_m:
+        return ""
+    return (
+        f"the landing at the end of the path passes {max(nearest.distance_m, 0.0):.1f} m from an obstacle at height "
+        f"{nearest.up_m:.0f} m, {problem.keep_out_m:.1f} m are needed"
+    )
 
 
 def energy_problems(

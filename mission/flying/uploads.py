@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from mission.executive.events import MissionPlace
 from mission.mission_items import Command, mission_items
 from mission.plan_file import PlanFile
 from sim_bridge.frames import geodetic_from_enu
@@ -26,11 +27,11 @@ def upload_safety(link: Link, plan: PlanFile) -> None:
         upload_rally_points(link, [geodetic_from_enu(point, origin) for point in plan.flight.rally_enu_m])
 
 
-def upload_plan(link: Link, plan: PlanFile) -> int:
+def upload_plan(link: Link, plan: PlanFile) -> tuple[MissionPlace, ...]:
     """Upload a plan as a mission.
 
     Returns:
-        The number, in the vehicle's counting, of the last item that is a waypoint of the exploration.
+        Where it leads: the end of the climb, and every waypoint of the exploration.
 
     Raises:
         LinkError: The vehicle does not hold it as it was sent.
@@ -49,4 +50,11 @@ def upload_plan(link: Link, plan: PlanFile) -> int:
         for item in items
     ]
     first = upload_mission(link, sent)
-    return first + max(number for number, item in enumerate(items) if item.command is Command.WAYPOINT)
+    east, north, up = plan.flight.home_enu_m
+    climb_m = (east, north, up + plan.flight.takeoff_altitude_m)
+    numbers = [number for number, item in enumerate(items) if item.command is Command.WAYPOINT]
+    waypoints = zip(numbers, plan.waypoints, strict=True)
+    return (
+        MissionPlace(first, climb_m),
+        *(MissionPlace(first + number, waypoint.position_enu_m) for number, waypoint in waypoints),
+    )

@@ -11,6 +11,7 @@ from mission.executive.events import (
     FindWay,
     FlightEnd,
     FlightMethod,
+    MissionPlace,
     Order,
     RunChecks,
     Say,
@@ -177,7 +178,7 @@ class Flight:
         self.no_way = ""
         self.problems: tuple[str, ...] = ()
         self.checks_end = True
-        self.last_item: int | None = None
+        self.places: tuple[MissionPlace, ...] = ()
         self.phases: list[Phase] = []
         self.said: list[str] = []
         self.withdrawn: list[Phase] = []
@@ -199,7 +200,7 @@ class Flight:
                 case Withdraw():
                     self.withdrawn.append(self.phase)
                 case RunChecks() if self.checks_end:
-                    self.answers.append(Checked(self.problems, last_item=self.last_item))
+                    self.answers.append(Checked(self.problems, places=self.places))
                 case FindWay(start_m=start, end_m=end):
                     if self.no_way:
                         self.answers.append(WayFound(action, None, self.no_way))

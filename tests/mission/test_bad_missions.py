@@ -179,6 +179,13 @@ def test_a_sensor_that_looks_too_seldom_for_the_speed_is_refused():
     assert "at least 0.31" in found["sensor.rate_hz"]
 
 
+def test_a_landing_into_an_obstacle_is_refused(sound):
+    over_the_cylinder = ["--set", "planner.end_enu_m=[400, 100, 70]"]
+    assert CliRunner().invoke(app, ["check", str(sound), *over_the_cylinder]).exit_code == 0
+    found = refused([sound, *over_the_cylinder, "--set", "flight.end='land'"])
+    assert "the landing below it lies inside obstacle.1" in found["planner.end_enu_m"]
+
+
 @pytest.mark.parametrize("fault", RASTERS)
 def test_a_bad_raster_is_refused(fault, sound, tmp_path):
     array, entries, words = RASTERS[fault]

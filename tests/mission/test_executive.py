@@ -6,6 +6,7 @@ import pytest
 from mission.executive.events import (
     FlightEnd,
     FlightMethod,
+    MissionPlace,
     Operator,
 )
 from mission.executive.phases import FINAL, Phase
@@ -81,7 +82,7 @@ def test_without_a_proven_way_to_the_start_it_lands_where_it_took_off():
 
 def test_an_uploaded_mission_is_flown_by_the_vehicle_and_only_watched():
     flight = Flight(method=FlightMethod.MISSION)
-    flight.last_item = 3
+    flight.places = (MissionPlace(1, (0.0, 0.0, 10.0)), MissionPlace(3, (20.0, 0.0, 10.0)))
     flight.run_to(Phase.AUTO_MISSION).run_for(5.0)
     assert flight.course is None
     flight.tell(Operator.PAUSE)

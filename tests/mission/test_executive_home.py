@@ -4,7 +4,7 @@ import dataclasses
 
 import pytest
 
-from mission.executive.events import FlightMethod, Operator
+from mission.executive.events import FlightMethod, MissionPlace, Operator
 from mission.executive.phases import Phase
 from sim_bridge.state import FlightMode
 from tests.mission.rehearsed_flight import FAR_AWAY, Flight
@@ -57,7 +57,7 @@ def fly_too_close(flight):
 @pytest.mark.parametrize("alarm", [fly_low_on_charge, fly_outside, fly_too_close])
 def test_a_mission_that_the_vehicle_flies_by_itself_is_watched_and_called_off(alarm):
     flight = Flight(method=FlightMethod.MISSION)
-    flight.last_item = 3
+    flight.places = (MissionPlace(1, (0.0, 0.0, 10.0)), MissionPlace(3, (20.0, 0.0, 10.0)))
     flight.run_to(Phase.AUTO_MISSION).run_for(5.0)
     alarm(flight)
     flight.run_for(0.2)

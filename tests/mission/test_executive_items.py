@@ -2,7 +2,7 @@
 
 import dataclasses
 
-from mission.executive.events import Checked, FlightMethod
+from mission.executive.events import Checked, FlightMethod, MissionPlace
 from mission.executive.phases import Phase
 from mission.mission_items import Command, item_times_s, mission_items
 from sim_bridge.state import MissionProgress
@@ -12,7 +12,7 @@ from tests.mission.rehearsed_flight import Flight
 def test_an_uploaded_mission_is_explored_up_to_the_moment_of_the_last_waypoint_that_was_reached():
     flight = Flight(method=FlightMethod.MISSION, item_times_s=(0.0, 0.0, 4.0, 4.0, 15.0))
     # Counted from one, as Copter does: take-off 1, speed 2, waypoints 3 and 5, speed 4.
-    flight.last_item = 5
+    flight.places = (MissionPlace(3, (10.0, 0.0, 10.0)), MissionPlace(5, (20.0, 0.0, 10.0)))
     flight.run_to(Phase.AUTO_MISSION)
     assert flight.executive.explored_s(flight.now_s) == 0.0
     for reached, passed_s in ((1, 0.0), (3, 4.0), (4, 4.0)):
@@ -24,10 +24,10 @@ def test_an_uploaded_mission_is_explored_up_to_the_moment_of_the_last_waypoint_t
 
 def test_a_mission_that_is_flown_more_slowly_is_explored_up_to_a_later_moment():
     flight = Flight(method=FlightMethod.MISSION, item_times_s=(0.0, 4.0, 15.0))
-    flight.last_item = 2
+    flight.places = places = (MissionPlace(1, (10.0, 0.0, 10.0)), MissionPlace(2, (20.0, 0.0, 10.0)))
     flight.run_to(Phase.CHECKING)
     slowed = flight.executive.exploration.slowed(2.0)
-    flight.answers = [dataclasses.replace(Checked((), last_item=2), exploration=slowed)]
+    flight.answers = [dataclasses.replace(Checked((), places=places), exploration=slowed)]
     flight.run_to(Phase.AUTO_MISSION)
     flight.tell(MissionProgress(1, 2))
     assert flight.executive.explored_s(flight.now_s) == 8.0

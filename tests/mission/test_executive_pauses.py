@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from mission.executive.course import Course
-from mission.executive.events import CourseBlocked, FlightMethod, Operator, Stalled, StreamFailed
+from mission.executive.events import CourseBlocked, FlightMethod, MissionPlace, Operator, Stalled, StreamFailed
 from mission.executive.phases import Phase
 from mission.executive.stay import limit_s
 from sim_bridge.state import Command, FlightMode
@@ -195,7 +195,7 @@ def test_a_pause_before_there_is_anything_to_stand_still_on_comes_into_effect_th
 
 def test_a_pause_during_the_climb_of_an_uploaded_mission_holds_above_home():
     flight = Flight(method=FlightMethod.MISSION)
-    flight.last_item = 3
+    flight.places = (MissionPlace(3, (20.0, 0.0, 10.0)),)
     flight.run_to(Phase.TAKING_OFF).tell(Operator.PAUSE)
     flight.run_to(Phase.AUTO_HOLD).run_for(30.0)
     assert Command.START_MISSION not in flight.vehicle.orders

@@ -116,6 +116,26 @@ def test_a_mission_is_uploaded_read_back_and_flown_by_the_vehicle(planned, tmp_p
     assert len(log.setpoint_s) == 0
 
 
+def test_a_mission_that_the_vehicle_flies_by_itself_is_left_where_an_obstacle_is_pushed_onto_it(planned, tmp_path):
+    folder, file = tmp_path / "flight", tmp_path / "crane.json"
+    file.write_text(json.dumps({"obstacle": [{"kind": "sphere", "center_enu_m": [50.0, 57.5, 14.5], "radius_m": 4.0}]}))
+
+    def push():
+        assert push_into(folder, file, 10.0)
+
+    notes = Notes(Phase.AUTO_MISSION, lambda: threading.Thread(target=push).start())
+    flown = fly_planned(planned(), settings(tmp_path, method=FlightMethod.MISSION, speed=10.0), notes)
+    phases = flown.summary["phases"]
+    assert phases[phases.index("vehicle holds") :] == [
+        "vehicle holds",
+        "taking over to return",
+        "returning",
+        "landing",
+        "landed",
+    ]
+    assert flown.summary["min_clearance_m"] > 0.5
+
+
 @pytest.mark.parametrize(
     ("autopilot", "refused"), [("px4", "COM_OBL_RC_ACT is 0"), ("ardupilot", "FS_GCS_ENABLE is 0")]
 )

@@ -7,11 +7,13 @@ import math
 import numpy as np
 import pytest
 
-from mission.executive.events import FlightMethod
+from mission.executive.events import FlightEnd, FlightMethod
 from mission.flying import flight, preflight
+from mission.flying.ways import along
 from mission.loading import load
 from mission.site.fence import autopilot_fence, planned_fence
 from mission.site.problem import problem_from_mission
+from planner.problem import Limits
 from sim_bridge.frames import enu_from_geodetic
 from sim_bridge.state import GeodeticPoint
 from tests.mission.flying_vehicle import ENERGY, STATE
@@ -67,6 +69,12 @@ def test_a_climb_beside_an_obstacle_is_refused():
     (problem,) = preflight.place_problems(standing_at(9.0, 0.0, 0.0), (9.0, 0.0, 0.0), Field(), 20.0)
     assert "1.0 m from an obstacle" in problem
     assert preflight.place_problems(standing_at(0.0, 0.0, 0.0), (0.0, 0.0, 0.0), Field(), 20.0) == []
+
+
+def test_a_landing_beside_an_obstacle_is_found():
+    path = along(np.array([[0.0, 0.0, 20.0], [9.0, 0.0, 20.0]]), Limits(5.0, 2.0, 1.5, 3.0))
+    assert "1.0 m from an obstacle" in preflight.landing_problems(path, FlightEnd.LAND, (0.0, 0.0, 0.0), Field())
+    assert preflight.landing_problems(path, FlightEnd.RETURN, (0.0, 0.0, 0.0), Field()) == ""
 
 
 def test_a_vehicle_outside_the_fence_it_is_given_is_refused():

@@ -90,6 +90,13 @@ def test_obstacles_that_leave_nothing_to_explore_are_known_all_the_same(inbox):
     assert inbox.distance_m() < 0.0
 
 
+def test_a_pushed_no_fly_volume_is_kept_out_of(inbox):
+    around = [[60.0, 25.0], [80.0, 25.0], [80.0, 45.0], [60.0, 45.0]]
+    inbox.push("a", no_fly=[{"kind": "prism", "polygon_enu_m": around, "floor_m": 0.0, "ceiling_m": 60.0}])
+    assert inbox.answer("a")["accepted"], inbox.answer("a")
+    assert inbox.distance_m() == pytest.approx(-10.0)
+
+
 def test_more_shapes_than_a_flight_can_watch_are_refused(inbox):
     many = [CRANE] * (MOST_SOLIDS // 2)
     inbox.push("a", obstacle=many)
@@ -108,7 +115,7 @@ def test_what_is_pushed_during_the_checks_is_kept(inbox, planned):
     link = SimpleNamespace(autopilot=Autopilot.PX4, parameter=parameter)
     energy = energy_of(planned.mission, planned.problem)
     assignment = assignment_of(planned, FlightMethod.OFFBOARD)
-    ground = Ground(planned.mission, inbox.belief, link, energy, inbox.pushes, assignment, lambda: None, lambda: True)
+    ground = Ground(planned.mission, inbox.belief, link, energy, inbox.pushes, assignment, lambda: (), lambda: True)
     home = (15.0, 15.0, 0.0)
     state = dataclasses.replace(
         STATE,
