@@ -8,6 +8,7 @@ import itertools
 import random
 from collections.abc import Callable, Iterator
 
+from benchmarks.faults.pushed import ObstaclePushed
 from benchmarks.faults.rehearsal import REPLAN_EVERY_S, REPLAN_TAKES_S, Rehearsal, Rehearsed
 from mission.executive.phases import FINAL, Phase
 from sim_bridge.dialects import Autopilot
@@ -32,7 +33,7 @@ from sim_bridge.state import FlightMode
 PX4_LEVELS_S = 3.0
 MOMENTS = ("take-off", "follow", "replan", "return")
 
-Make = Callable[[float, random.Random], AnyFault]
+Make = Callable[[float, random.Random], AnyFault | ObstaclePushed]
 
 FAULTS: dict[str, Make] = {
     "20 % loss, 200 ± 100 ms": lambda at, _: BadLine(
@@ -55,6 +56,8 @@ FAULTS: dict[str, Make] = {
     "second ground station": lambda at, _: SecondStation(begin_s=at, duration_s=30.0, uploads=True),
     "arming refused for 10 s": lambda at, _: ArmingRefused(begin_s=at, duration_s=10.0),
     "heartbeat frozen, 10 s": lambda at, _: HeartbeatFrozen(begin_s=at, duration_s=10.0),
+    "obstacle pushed": lambda at, _: ObstaclePushed(begin_s=at),
+    "obstacle pushed while paused": lambda at, _: ObstaclePushed(begin_s=at, paused=True),
 }
 
 TOLD: dict[str, tuple[str, ...]] = {

@@ -11,6 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
+from benchmarks.faults.pushed import ObstaclePushed, Pushed
 from benchmarks.faults.virtual_link import VirtualLink
 from benchmarks.faults.witness import LATE_S, Witness
 from mission.executive.course import Course
@@ -169,12 +170,14 @@ class Rehearsal:
         seed: Of everything random.
     """
 
-    def __init__(self, autopilot: Autopilot, faults: Sequence[AnyFault] = (), seed: int = 0) -> None:
+    def __init__(self, autopilot: Autopilot, faults: Sequence[AnyFault | ObstaclePushed] = (), seed: int = 0) -> None:
         asked, known = mission(), problem()
         origin = asked.site.origin.point()
-        self._station, self.witness = _station(autopilot, origin, faults, seed)
+        of_vehicle = [fault for fault in faults if not isinstance(fault, ObstaclePushed)]
+        self._station, self.witness = _station(autopilot, origin, of_vehicle, seed)
         self._link = VirtualLink(self._station, autopilot, origin)
         self._belief = Belief(known)
+        self._pushed = [Pushed(fault, asked, self._belief) for fault in faults if isinstance(fault, ObstaclePushed)]
         energy = energy_of(asked, known)
         curve = along(CORNERS, known.limits)
         limits = known.limits
@@ -242,6 +245,9 @@ class Rehearsal:
                 self._judge(event)
                 self._act(self.executive.receive(event, at_s), at_s)
             else:
+                self._act(self.executive.receive(event, flight_s), flight_s)
+        for pushed in self._pushed:
+            for event in pushed.events(self.executive, self.now_s, flight_s):
                 self._act(self.executive.receive(event, flight_s), flight_s)
         answers, self._answers = self._answers, []
         for answer in answers:
@@ -328,6 +334,9 @@ class Rehearsal:
                 self.broken.setdefault("fence" + how, f"outside the fence at {self.now_s:.1f} s{how}")
             if clearance_m(place) < 0.0:
                 self.broken.setdefault("clearance" + how, f"into an obstacle at {self.now_s:.1f} s{how}")
+            for pushed in self._pushed:
+                if wrong := pushed.judge(place, self.now_s):
+                    self.broken.setdefault("pushed" + how, wrong + how)
             outside_m = float(np.maximum(workspace.box_min_m - place, place - workspace.box_max_m).max())
             if self.executive.phase is Phase.FOLLOWING and outside_m > BOX_TOLERANCE_M:
                 self.broken.setdefault("box" + how, f"{outside_m:.1f} m outside the box at {self.now_s:.1f} s{how}")

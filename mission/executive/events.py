@@ -182,6 +182,14 @@ class WayFound:
     reason: str = ""
 
 
+@dataclasses.dataclass(frozen=True)
+class WayHome:
+    """How long the proven way home takes, reckoned beside the flight; nobody waits for it."""
+
+    from_m: Vector
+    duration_s: float
+
+
 Event = (
     VehicleState
     | Waiting
@@ -191,6 +199,7 @@ Event = (
     | Connected
     | Checked
     | WayFound
+    | WayHome
     | NewCourse
     | NoWayRound
     | Stalled

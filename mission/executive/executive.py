@@ -19,8 +19,9 @@ from mission.executive.events import (
     Checked,
     Connected,
     Event,
+    FindWay,
     FlightEnd,
-    MissionPlace,
+    Goal,
     NewCourse,
     NoWayRound,
     Operator,
@@ -28,18 +29,19 @@ from mission.executive.events import (
     Stalled,
     StreamFailed,
     WayFound,
+    WayHome,
 )
 from mission.executive.hearing import Hearing
 from mission.executive.known_vehicle import KnownVehicle
 from mission.executive.landing import Landing
 from mission.executive.link_watch import LinkWatch, Silence
-from mission.executive.lookout import Lookout, blocks
-from mission.executive.monitors import Monitors
+from mission.executive.lookout import blocks
+from mission.executive.monitors import Monitors, ProvenHome
 from mission.executive.phase_machine import GOAL, PhaseMachine
-from mission.executive.phases import FINAL, ON_COURSE, Phase, Trigger
+from mission.executive.phases import FINAL, ON_COURSE, OUTWARD, Phase, Trigger
 from mission.executive.standing_order import STREAM_FIRST_S, StandingOrder
 from mission.executive.stay import limit_s
-from mission.executive.uploaded import is_blocked
+from mission.executive.way_watch import WayWatch
 from planner.problem import Problem
 from planner.trajectory import Trajectory
 from sim_bridge.state import (
@@ -65,7 +67,7 @@ class Executive:
     Args:
         assignment: What to fly.
         monitors: What telemetry is held against.
-        known: What is known now; another object whenever something was learned.
+        known: What is known now; its obstacles are another object whenever some were learned.
         now_s: Flight clock at the beginning.
         from_s: Curve time at which the exploration begins, where a part of it was flown before.
         patience: Flight seconds a host second: a link lives in the host's time, however fast a simulator's runs.
@@ -100,11 +102,7 @@ class Executive:
             self._patience,
         )
         self._known = known
-        self._ahead = Lookout(known)
-        self._blocked_s: float | None = None
-        self._held_against = (known(), self._machine.phase)
-        self._places: tuple[MissionPlace, ...] = ()
-        self._reached: int | None = None
+        self._ways = WayWatch(known, assignment.end, self._vehicle, self._keeper, self._landing, self._machine)
 
     @property
     def phase(self) -> Phase:
@@ -154,13 +152,21 @@ class Executive:
     @property
     def held_by_block(self) -> bool:
         """Whether it holds because new information blocks the course, and for no other reason."""
-        interruption = self._machine.interruption
-        return self.phase is Phase.HOLDING and interruption.by_block and not interruption.paused
+        return self.phase is Phase.HOLDING and self._machine.interruption.waits_for_way
 
     @property
     def blocked_s(self) -> float | None:
         """Curve time from which what is known blocks the course; None: nowhere, or no course is flown."""
-        return self._blocked_s
+        return self._ways.blocked_s
+
+    def asks_home(self) -> FindWay | None:
+        """The way home from here, that its length may be known before it is needed; None: it is not out there."""
+        outward = self.phase in (*OUTWARD, Phase.AUTO_MISSION, Phase.AUTO_HOLD)
+        home_m, state = self._vehicle.home_m, self.state
+        if not outward or home_m is None or state is None:
+            return None
+        place_m = self._landing.place(home_m, state.position_enu_m) or home_m
+        return FindWay(Goal.HOME, state.position_enu_m, self._landing.above(place_m))
 
     def consequence(self) -> str:
         """What becomes of the landing with what is known now, where it does not stay as it was; empty: it does."""
@@ -195,6 +201,8 @@ class Executive:
                 self._command_done(event, now_s)
             case WayFound():
                 self._way_found(event, now_s)
+            case WayHome():
+                self._hearing.proven_home = ProvenHome(event.from_m, event.duration_s)
             case NewCourse():
                 self._new_course(event.trajectory, now_s)
             case NoWayRound():
@@ -205,15 +213,13 @@ class Executive:
             case StreamFailed():
                 self._fire(Trigger.STREAM_FAILED, now_s)
             case MissionProgress():
-                self._reached, places = event.reached, self._places
-                done = self._reached is not None and bool(places) and self._reached >= places[-1].number
-                if self.phase is Phase.AUTO_MISSION and done:
+                self._ways.reached = event.reached
+                if self.phase is Phase.AUTO_MISSION and self._ways.mission_done:
                     self._end_exploration(now_s)
             case Operator():
                 self._operate(event, now_s)
         # Whatever has begun now, it must not lead into what is known.
-        self._watch_known(now_s)
-        self._watch_block(now_s)
+        self._ways.watch(now_s)
         return self._machine.drain()
 
     def tick(self, now_s: float) -> list[Action]:
@@ -226,7 +232,7 @@ class Executive:
             What to do, in order.
         """
         self._watch_link(now_s)
-        self._watch_known(now_s)
+        self._ways.watch(now_s)
         self._watch_course(now_s)
         keeper = self._keeper
         limit = limit_s(self.phase, self.assignment, keeper.exploration, keeper.course, self._patience, keeper.rate)
@@ -246,11 +252,10 @@ class Executive:
 
     def _passed_s(self) -> float | None:
         """Curve time at the last item that a vehicle reached which flies an uploaded mission; None: it reached none."""
-        times_s, reached = self.assignment.item_times_s, self._reached
-        if not self._places or reached is None or not times_s:
+        times_s, past_the_last = self.assignment.item_times_s, self._ways.past_the_last
+        if past_the_last is None or not times_s:
             return None
-        # Autopilots count from different numbers, and the last waypoint is known to both.
-        index = min(max(reached - self._places[-1].number + len(times_s) - 1, 0), len(times_s) - 1)
+        index = min(max(past_the_last + len(times_s) - 1, 0), len(times_s) - 1)
         planned, flown = self.assignment.exploration, self.exploration
         slower = flown.knot_interval_s / planned.knot_interval_s
         return flown.start_s + (times_s[index] - planned.start_s) * slower
@@ -289,7 +294,7 @@ class Executive:
             self._keeper.keep_to(checked.limits)
             energy = self.monitors.energy.within(checked.limits)
             self._hearing.monitors = dataclasses.replace(self.monitors, energy=energy)
-        self._places = checked.places
+        self._ways.places = checked.places
         self._fire(Trigger.CHECKS_FAILED if checked.problems else Trigger.CHECKS_PASSED, now_s)
 
     def _way_found(self, found: WayFound, now_s: float) -> None:
@@ -344,50 +349,7 @@ class Executive:
             case None:
                 pass
 
-    def _watch_known(self, now_s: float) -> None:
-        """Hold the climb, the uploaded mission and the way down against what was learned."""
-        phase, before = self.phase, self._held_against
-        self._held_against = (self._known(), phase)
-        learned, entered = self._held_against[0] is not before[0], phase is not before[1]
-        if not (learned or entered) or self.state is None:
-            return
-        position_m = self.state.position_enu_m
-        home_m = self._vehicle.home_m or position_m
-        match phase:
-            case Phase.ARMING | Phase.TAKING_OFF:
-                blocked = not self._landing.clear(home_m, from_up_m=position_m[2])
-            case Phase.AUTO_MISSION:
-                end_m = self._places[-1].position_m if self._places else position_m
-                leads_clear = not is_blocked(self._places, self._reached, self._known())
-                blocked = not (leads_clear and self._landing.clear_at_end(end_m, home_m, self.assignment.end))
-            case Phase.LANDING if learned:
-                # Beside what was known before it was allowed to land.
-                blocked = not self._landing.clear(self._landing.below(position_m, home_m[2]), position_m[2])
-            case _:
-                blocked = False
-        if blocked:
-            self._fire(Trigger.BLOCKED, now_s)
-
-    def _watch_block(self, now_s: float) -> None:
-        """Look along the course ahead, and brake in time before what blocks it."""
-        keeper, before_s = self._keeper, self._blocked_s
-        keeper.blocked_s = self._blocked_s = None
-        if keeper.course is None or self.phase not in (*ON_COURSE, Phase.HOLDING):
-            return
-        here_s, watched_s = keeper.course.at(now_s).curve_s, keeper.watched_s(now_s)
-        block = self._ahead.look(keeper.course.curves, here_s, watched_s)
-        if block is not None:
-            self._blocked_s = block.curve_s
-            if before_s is None:
-                east, north, up = block.place_m
-                where = f"({east:.0f}, {north:.0f}, {up:.0f})"
-                self._machine.say(f"the course is blocked ahead: something is too near to {where}", warning=True)
-        keeper.blocked_s = self._ahead.looked_s if self._blocked_s is None else self._blocked_s
-        if self.phase in ON_COURSE and keeper.must_brake(now_s):
-            self._fire(Trigger.BLOCKED, now_s)
-
     def _watch_course(self, now_s: float) -> None:
-        self._watch_block(now_s)
         keeper, stay = self._keeper, self._machine.stay
         if keeper.course is None:
             return

@@ -9,7 +9,7 @@ from mission.executive.course_keeper import CourseKeeper
 from mission.executive.events import Assignment, FlightMethod
 from mission.executive.known_vehicle import KnownVehicle
 from mission.executive.link_watch import LINK_LOST_S, NOTICED_S, LinkWatch
-from mission.executive.monitors import STALE_CHARGE_S, Alarm, Monitors
+from mission.executive.monitors import STALE_CHARGE_S, Alarm, Monitors, ProvenHome
 from mission.executive.phase_machine import PhaseMachine
 from mission.executive.phases import AIRBORNE, HOMEWARD, ON_COURSE, STREAMING, Phase, Trigger, order_of
 from mission.executive.standing_order import STREAM_FIRST_S, StandingOrder
@@ -49,6 +49,7 @@ class Hearing:
     Attributes:
         monitors: What telemetry is held against.
         offboard_lost: How often setpoints were not followed any more.
+        proven_home: The proven way home; None: not sought yet.
     """
 
     def __init__(
@@ -65,6 +66,7 @@ class Hearing:
     ) -> None:
         self.monitors = monitors
         self.offboard_lost = 0
+        self.proven_home: ProvenHome | None = None
         self._assignment = assignment
         self._vehicle = vehicle
         self._link = link
@@ -191,7 +193,7 @@ class Hearing:
         ):
             # Setpoints go on until the vehicle has taken the mode that does without them.
             self._machine.stop_stream()
-        before_block = self._phase is Phase.AUTO_HOLD and self._machine.interruption.by_block
+        before_block = self._phase is Phase.AUTO_HOLD and self._machine.interruption.waits_for_way
         if before_block and (not stay.settled(now_s) or math.hypot(*state.velocity_enu_mps) > _STANDS_MPS):
             return
         if (before_block or self._phase is Phase.HANDING_OVER) and state.mode is FlightMode.HOLD:
@@ -203,7 +205,9 @@ class Hearing:
         self._alarmed_s = now_s
         vehicle, interruption = self._vehicle, self._machine.interruption
         point = self._keeper.course.at(now_s) if self._keeper.course is not None and self._phase in STREAMING else None
-        alarms = self.monitors.alarms(state, vehicle.home_m, vehicle.consumption, point, self._keeper.rate)
+        alarms = self.monitors.alarms(
+            state, vehicle.home_m, vehicle.consumption, point, self._keeper.rate, self.proven_home
+        )
         for alarm in alarms:
             if self._fire(_ALARM_TRIGGER[alarm], now_s):
                 return

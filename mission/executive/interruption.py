@@ -57,6 +57,11 @@ class Interruption:
         return self._held_for is Trigger.BLOCKED
 
     @property
+    def waits_for_way(self) -> bool:
+        """Whether it was new information in the way, and nothing else keeps the vehicle standing."""
+        return self.by_block and not self.paused
+
+    @property
     def nowhere_to_land(self) -> bool:
         """Whether it was that no place to land is clear."""
         return self._held_for is Trigger.NO_LANDING

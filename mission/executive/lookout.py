@@ -15,6 +15,7 @@ from collections.abc import Callable
 import numpy as np
 from jaxtyping import Float
 
+from planner.obstacles import ObstacleField
 from planner.problem import Problem
 from planner.trajectory import Trajectory
 
@@ -46,12 +47,12 @@ class Lookout:
     """Looks along the way ahead.
 
     Args:
-        known: What is known now; another object whenever something was learned.
+        known: What is known now; its obstacles are another object whenever some were learned.
     """
 
     def __init__(self, known: Callable[[], Problem]) -> None:
         self._known = known
-        self._problem: Problem | None = None
+        self._obstacles: ObstacleField | None = None
         self._curves: Curves = ()
         self._from_s = math.inf
         self.looked_s = -math.inf
@@ -70,8 +71,8 @@ class Lookout:
             The first block that was seen ahead; None: none yet.
         """
         known, end_s = self._known(), curves[-1].end_s
-        if known is not self._problem or not _same(curves, self._curves) or here_s < self._from_s:
-            self._problem, self._curves, self._blocks = known, curves, []
+        if known.obstacles is not self._obstacles or not _same(curves, self._curves) or here_s < self._from_s:
+            self._obstacles, self._curves, self._blocks = known.obstacles, curves, []
             self._from_s = self.looked_s = here_s
         until_s = min(end_s, max(least_s, self.looked_s) + _STRETCH_S)
         if self.looked_s < end_s:

@@ -17,7 +17,7 @@ from mission.executive.course import Course, CoursePoint
 from planner.problem import Limits
 from sim_bridge.state import Vector, VehicleState
 
-# A way home is not always the straight line, and wind is rarely from behind; what goes beyond is the reserve's.
+# Until the way home is proven it is taken for little longer than the straight line.
 _DETOUR = 1.15
 # Near the ground both autopilots sink slowly (MPC_LAND_ALT1 10 m at MPC_LAND_SPEED 0.7 m/s; Copter 10 m at 0.5).
 _LANDING_HEIGHT_M = 10.0
@@ -93,13 +93,45 @@ class Energy:
         across_s = math.hypot(position_m[0] - home_m[0], position_m[1] - home_m[1]) / self.cruise_mps
         rise_m = home_m[2] + cruise_height_m - position_m[2]
         level_s = rise_m / self.climb_mps if rise_m > 0.0 else -rise_m / self.descent_mps
+        return _DETOUR * (across_s + level_s) + self.landing_s(cruise_height_m)
+
+    def landing_s(self, cruise_height_m: float) -> float:
+        """Time from above a place to the ground there.
+
+        Args:
+            cruise_height_m: Height above it from which it lands.
+        """
         slow_m = min(cruise_height_m, _LANDING_HEIGHT_M)
-        sink_s = (cruise_height_m - slow_m) / self.descent_mps + slow_m / min(_LANDING_SPEED_MPS, self.descent_mps)
-        return _DETOUR * (across_s + level_s) + sink_s
+        return (cruise_height_m - slow_m) / self.descent_mps + slow_m / min(_LANDING_SPEED_MPS, self.descent_mps)
 
     def needed_fraction(self, way_home_s: float, fraction_per_s: float) -> float:
         """Charge that must be left to fly home and land with the reserve."""
         return way_home_s * fraction_per_s + self.reserve_fraction
+
+
+@dataclasses.dataclass(frozen=True)
+class ProvenHome:
+    """How long the proven way home took from where it was sought last.
+
+    Attributes:
+        from_m: Where that was.
+        duration_s: Time above home, at full pace.
+    """
+
+    from_m: Vector
+    duration_s: float
+
+    def left_s(self, position_m: Vector, home_m: Vector, energy: Energy, rate: float) -> float:
+        """Time to above home from another place not far away.
+
+        Args:
+            position_m: The place.
+            home_m: Home.
+            energy: What flying costs.
+            rate: Share of its speeds at which it is flown.
+        """
+        farther_m = math.dist(position_m, home_m) - math.dist(self.from_m, home_m)
+        return (self.duration_s + max(0.0, farther_m) / energy.cruise_mps) / rate
 
 
 @dataclasses.dataclass(frozen=True)
@@ -167,6 +199,7 @@ class Monitors:
         consumption: Consumption | None,
         point: CoursePoint | None,
         rate: float = 1.0,
+        proven: ProvenHome | None = None,
     ) -> tuple[Alarm, ...]:
         """What is wrong, the weightiest first.
 
@@ -176,6 +209,7 @@ class Monitors:
             consumption: How much is left, and how fast it falls; None: never told, which is as bad as too little.
             point: Where the course is at the state's moment; None: no course is followed.
             rate: Share of its speeds at which it is flown home.
+            proven: The proven way home; None: not sought yet.
         """
         position = np.asarray(state.position_enu_m)
         found = []
@@ -184,6 +218,9 @@ class Monitors:
         energy, home_s = self.energy.at_pace(rate), 0.0
         if home_m is not None:
             home_s = energy.way_home_s(state.position_enu_m, home_m, self.cruise_height_m)
+            if proven is not None:
+                proven_s = proven.left_s(state.position_enu_m, home_m, self.energy, rate)
+                home_s = max(home_s, proven_s + energy.landing_s(self.cruise_height_m))
         if consumption is None or consumption.left_fraction <= energy.needed_fraction(
             home_s, consumption.fraction_per_s
         ):

@@ -119,12 +119,14 @@ AIRBORNE = (
 HOMEWARD = (Phase.TAKING_BACK, Phase.TURNING_BACK, Phase.RETURNING)
 """Phases that lead home."""
 
+OUTWARD = (Phase.TRANSIT, Phase.FOLLOWING, Phase.HOLDING)
+"""Phases of the exploration, from which it is called home."""
+
 FINAL = (Phase.LANDED, Phase.HANDED_OVER, Phase.ABORTED)
 """Phases that end the flight."""
 
 _BEFORE_ARMING = (Phase.CONNECTING, Phase.WAITING_READY, Phase.CHECKING)
 _OURS = tuple(phase for phase in AIRBORNE if phase is not Phase.BLIND)
-_OUTWARD = (Phase.TRANSIT, Phase.FOLLOWING, Phase.HOLDING)
 _HEARD_AGAIN = (Phase.BLIND, *STREAMING)
 _AUTO = (Phase.AUTO_MISSION, Phase.AUTO_HOLD)
 
@@ -215,9 +217,9 @@ TABLE: tuple[Row, ...] = (
     Row((_P.HOLDING,), _T.GIVEN_UP, _P.TURNING_BACK, "it keeps happening"),
     Row((_P.HOLDING,), _T.TIMED_OUT, _P.TURNING_BACK, "held for too long"),
     # Home.
-    Row(_OUTWARD, _T.BATTERY_LOW, _P.TURNING_BACK, "the charge left is what the way home needs"),
-    Row(_OUTWARD, _T.OUTSIDE, _P.TURNING_BACK, "outside the fence"),
-    Row(_OUTWARD, _T.RETURN, _P.TURNING_BACK, "called back by the operator"),
+    Row(OUTWARD, _T.BATTERY_LOW, _P.TURNING_BACK, "the charge left is what the way home needs"),
+    Row(OUTWARD, _T.OUTSIDE, _P.TURNING_BACK, "outside the fence"),
+    Row(OUTWARD, _T.RETURN, _P.TURNING_BACK, "called back by the operator"),
     Row((_P.FOLLOWING, _P.TRANSIT), _T.TIMED_OUT, _P.TURNING_BACK, "it took far longer than planned"),
     # Where our setpoints do not fly it yet, they must first be taken.
     Row((_P.ENTERING,), _T.BATTERY_LOW, _P.TAKING_BACK, "the charge left is what the way home needs"),

@@ -10,6 +10,7 @@ from __future__ import annotations
 import concurrent.futures
 import contextlib
 import functools
+import math
 import queue
 import time
 from collections.abc import Callable
@@ -35,6 +36,7 @@ from mission.executive.events import (
     Stream,
     StreamFailed,
     WayFound,
+    WayHome,
     Withdraw,
 )
 from mission.executive.executive import Executive
@@ -55,6 +57,7 @@ from sim_bridge.state import CommandDone, MissionProgress, VehicleState
 _WAIT_HOST_S = 0.02
 _SHOW_HOST_S = 0.25
 _LOOK_IN_HOST_S = 0.1
+_RECKON_EVERY_S = 5.0
 _NOTE_PROGRESS_S = 1.0
 
 
@@ -118,14 +121,19 @@ class FlightLoop:
         self._inbox: queue.SimpleQueue[Event] = queue.SimpleQueue()
         self._kept: queue.SimpleQueue[Callable[[float], None]] = queue.SimpleQueue()
         self._keeping = False
+        # What the flight waits for does not wait for what is reckoned beside it.
         self._jobs = concurrent.futures.ThreadPoolExecutor(1, thread_name_prefix="checks")
+        self._reckoner = concurrent.futures.ThreadPoolExecutor(1, thread_name_prefix="way home")
+        self._reckoning: concurrent.futures.Future[Trajectory] | None = None
+        self._reckoned_from: FindWay | None = None
+        self._reckoned_s = -math.inf
         self._interrupts = 0
         self._shown_s = 0.0
         self._noted_s = 0.0
         self._pushes = concurrent.futures.ThreadPoolExecutor(1, thread_name_prefix="pushes")
         self._taking_in: concurrent.futures.Future[list[TakenIn]] | None = None
         self._looked_in_s = 0.0
-        self._planned_for = belief.problem if belief is not None else None
+        self._reckoned_for = self._planned_for = belief.problem if belief is not None else None
         self._log_broken = False
         self._hung_up = False
         self._replans = True
@@ -165,6 +173,7 @@ class FlightLoop:
             raise
         finally:
             self._jobs.shutdown(wait=False, cancel_futures=True)
+            self._reckoner.shutdown(wait=False, cancel_futures=True)
             self._pushes.shutdown(wait=False, cancel_futures=True)
 
     def _break_off(self, error: BaseException) -> None:
@@ -205,6 +214,7 @@ class FlightLoop:
         self._renew()
         self._act(self.executive.tick(now_s), now_s)
         self._replan(now_s)
+        self._reckon_home(now_s)
         self._show(now_s)
 
     def _renew(self) -> None:
@@ -324,6 +334,23 @@ class FlightLoop:
 
     def _find_way(self, wanted: FindWay) -> WayFound:
         return WayFound(wanted, self._ground.find_way(wanted))
+
+    def _reckon_home(self, now_s: float) -> None:
+        """Keep knowing how long the proven way home takes: the charge that it needs is kept for it."""
+        if self._reckoning is not None:
+            if not self._reckoning.done():
+                return
+            found, asked, self._reckoning = self._reckoning, self._reckoned_from, None
+            # From where there is no way the last one counts: what is left of it is not known to be shorter.
+            if found.exception() is None and asked is not None:
+                self._receive(WayHome(asked.start_m, found.result().duration_s), now_s)
+            return
+        learned = self._belief.problem is not self._reckoned_for
+        if not learned and now_s - self._reckoned_s < _RECKON_EVERY_S * max(1.0, self._clock.rate):
+            return
+        if (asked := self.executive.asks_home()) is not None:
+            self._reckoned_for, self._reckoned_s, self._reckoned_from = self._belief.problem, now_s, asked
+            self._reckoning = self._reckoner.submit(self._ground.find_way, asked)
 
     # Replans and what is pushed.
 

@@ -75,6 +75,20 @@ def test_a_landing_into_what_was_learned_is_broken_off():
     assert min(least) > 0.5
 
 
+def test_a_landing_is_not_gone_on_with_where_it_was_blocked_while_it_was_paused():
+    flight = Flight(rally_m=(RALLY,)).run_to(Phase.LANDING).run_for(1.0)
+    flight.tell(Operator.PAUSE)
+    flight.run_for(3.0)
+    assert flight.phase is Phase.RETURN_PAUSED
+    flight.learn(ABOVE_HOME)
+    flight.run_for(3.0)
+    assert flight.phase is Phase.RETURN_PAUSED
+    flight.tell(Operator.RESUME)
+    assert flight.phase is Phase.TAKING_BACK
+    flight.run()
+    assert flight.vehicle.position == pytest.approx(np.array(RALLY), abs=0.1)
+
+
 def test_where_something_stands_below_the_end_it_lands_at_home():
     flight = Flight(end=FlightEnd.LAND).exploring()
     east, north, _ = CORNERS[-1]
@@ -105,10 +119,11 @@ def test_an_uploaded_mission_is_not_gone_on_with_where_it_is_blocked():
     flight.run_to(Phase.AUTO_MISSION).run_for(2.0)
     flight.tell(Operator.PAUSE)
     flight.learn(ON_A_LEG)
-    flight.run_for(3.0)
+    flight.run_for(10.0)
     assert flight.phase is Phase.AUTO_HOLD
     flight.tell(Operator.RESUME)
     assert flight.phase is Phase.AUTO_HOLD
+    assert flight.run_to(Phase.TAKING_BACK).run().phase is Phase.LANDED
 
 
 def test_legs_of_an_uploaded_mission_that_are_behind_block_nothing():

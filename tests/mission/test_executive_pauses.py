@@ -4,9 +4,10 @@ import numpy as np
 import pytest
 
 from mission.executive.course import Course
-from mission.executive.events import CourseBlocked, FlightMethod, MissionPlace, Operator, Stalled, StreamFailed
+from mission.executive.events import FlightMethod, MissionPlace, Operator, Stalled, StreamFailed
 from mission.executive.phases import Phase
 from mission.executive.stay import limit_s
+from planner.obstacles import Sphere
 from sim_bridge.state import Command, FlightMode
 from tests.mission.rehearsed_flight import FAR_AWAY, LIMITS, Flight, largest_jump_mps
 
@@ -195,7 +196,7 @@ def test_a_pause_before_there_is_anything_to_stand_still_on_comes_into_effect_th
 
 def test_a_pause_during_the_climb_of_an_uploaded_mission_holds_above_home():
     flight = Flight(method=FlightMethod.MISSION)
-    flight.places = (MissionPlace(3, (20.0, 0.0, 10.0)),)
+    flight.places = (MissionPlace(1, (0.0, 0.0, 10.0)), MissionPlace(3, (20.0, 0.0, 10.0)))
     flight.run_to(Phase.TAKING_OFF).tell(Operator.PAUSE)
     flight.run_to(Phase.AUTO_HOLD).run_for(30.0)
     assert Command.START_MISSION not in flight.vehicle.orders
@@ -307,7 +308,7 @@ def test_a_pause_before_a_block_outlasts_it():
     flight = Flight().exploring()
     course = flight.executive.course
     assert course is not None
-    flight.tell(CourseBlocked(course.at(flight.now_s).curve_s + 6.0, "a crane"))
+    flight.learn(Sphere(course.motion_at(course.at(flight.now_s).curve_s + 7.0).position_m, 2.0))
     flight.run_to(Phase.HOLDING).run_for(5.0)
     assert flight.executive.held_by_block
     flight.tell(Operator.PAUSE)

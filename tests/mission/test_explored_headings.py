@@ -217,7 +217,7 @@ class Answers:
 class Following:
     """What a cycle looks at of an executive."""
 
-    phase, held_by_block = Phase.FOLLOWING, False
+    phase, held_by_block, blocked_s = Phase.FOLLOWING, False, None
 
     def __init__(self, planned: Planned):
         self.exploration = planned.plan.best.trajectory

@@ -24,5 +24,12 @@ def test_a_fault_in_flight_breaks_nothing(cell):
     assert broken == ()
 
 
+@pytest.mark.parametrize("moment", MOMENTS)
+@pytest.mark.parametrize("fault", ["obstacle pushed", "obstacle pushed while paused"])
+def test_an_obstacle_that_is_pushed_onto_what_is_flown_next_is_kept_clear_of(fault, moment):
+    _, _, broken = fly_cell(Cell(fault, moment, Autopilot.PX4, seed=2))
+    assert broken == ()
+
+
 def test_every_fault_is_flown():
     assert {cell.fault for cell in CELLS} == set(FAULTS)

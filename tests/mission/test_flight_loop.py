@@ -5,6 +5,7 @@ import dataclasses
 import time
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
 
 from mission.executive.events import Checked, FindWay, Goal, Operator, RunChecks, WayFound, Withdraw
@@ -14,9 +15,10 @@ from mission.flying.flight_loop import FlightLoop
 from mission.flying.flight_progress import Watcher
 from mission.flying.recorder import Kept
 from mission.flying.replanning import Verdict
+from mission.flying.ways import along
 from sim_bridge.link.inbox import Timed
 from sim_bridge.state import Command, CommandDone, FlightMode
-from tests.mission.rehearsed_flight import Flight
+from tests.mission.rehearsed_flight import LIMITS, Flight
 
 
 class Broken:
@@ -58,6 +60,37 @@ def test_checks_that_break_off_are_checks_that_failed(error):
 def test_a_way_whose_search_breaks_off_is_no_way(error, reason):
     asked = FindWay(Goal.HOME, (0.0, 0.0, 5.0), (9.0, 0.0, 5.0), 7)
     assert answer_to(asked, error) == WayFound(asked, None, reason)
+
+
+def test_how_long_the_way_home_takes_is_reckoned_beside_the_flight_and_again_when_something_was_learned():
+    class Detour:
+        def find_way(self, wanted):
+            asked.append(wanted)
+            corners = [wanted.start_m, (0.0, 2000.0, 10.0), wanted.end_m]
+            return along(np.array(corners), LIMITS)
+
+    asked = []
+    flight = Flight().exploring()
+    flight.vehicle.battery = 0.6
+    belief = SimpleNamespace(problem=flight.known)
+    loop = FlightLoop(flight.executive, None, SimpleNamespace(rate=1.0), None, None, belief, None, Detour(), None)
+    loop._act = lambda actions, _: flight.act(actions)
+
+    def reckon():
+        count, until = len(asked), time.monotonic() + 20.0
+        while flight.executive._hearing.proven_home is None or len(asked) == count:
+            loop._reckon_home(flight.now_s)
+            assert time.monotonic() < until
+
+    flight.run_for(1.0)
+    assert flight.phase is Phase.FOLLOWING
+    reckon()
+    belief.problem = dataclasses.replace(flight.known)
+    reckon()
+    assert len(asked) == 2
+    flight.run_for(1.0)
+    assert flight.phase is Phase.TURNING_BACK
+    assert "charge" in flight.executive.why
 
 
 def test_ctrl_c_calls_back_then_lands_then_leaves():

@@ -5,7 +5,7 @@ import dataclasses
 import pytest
 
 from mission.executive.course import Course
-from mission.executive.monitors import Alarm, Consumption, Monitors
+from mission.executive.monitors import Alarm, Consumption, Monitors, ProvenHome
 from tests.mission.flying_vehicle import ENERGY, STATE
 
 MONITORS = Monitors(
@@ -46,6 +46,25 @@ def test_each_alarm_is_raised_by_what_it_is_about(changes, alarm):
 
 def test_the_fence_forgives_what_an_estimate_wanders():
     assert alarms(place=(200.5, 0.0, 30.0)) == ()
+
+
+def test_the_charge_is_kept_for_the_proven_way_home_where_that_is_longer_than_the_straight_one():
+    state = dataclasses.replace(STATE, position_enu_m=(100.0, 0.0, 30.0))
+    consumption = Consumption.begin(0.3, 0.0, ENERGY)
+
+    def alarmed(proven, rate=1.0):
+        return MONITORS.alarms(state, (0.0, 0.0, 0.0), consumption, None, rate, proven)
+
+    assert alarmed(ProvenHome((100.0, 0.0, 30.0), 20.0)) == ()
+    assert alarmed(ProvenHome((100.0, 0.0, 30.0), 160.0)) == (Alarm.BATTERY_LOW,)
+    assert alarmed(ProvenHome((100.0, 0.0, 30.0), 100.0)) == ()
+    assert alarmed(ProvenHome((100.0, 0.0, 30.0), 100.0), rate=0.5) == (Alarm.BATTERY_LOW,)
+
+
+def test_what_is_left_of_a_proven_way_home_grows_with_the_distance_and_does_not_shrink_until_it_is_sought_again():
+    proven, home = ProvenHome((100.0, 0.0, 0.0), 60.0), (0.0, 0.0, 0.0)
+    assert proven.left_s((180.0, 0.0, 0.0), home, ENERGY, 1.0) == pytest.approx(60.0 + 80.0 / 8.0)
+    assert proven.left_s((20.0, 0.0, 0.0), home, ENERGY, 1.0) == pytest.approx(60.0)
 
 
 def test_the_way_home_takes_longer_from_farther_away_and_from_above():

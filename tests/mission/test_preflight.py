@@ -7,7 +7,7 @@ import math
 import numpy as np
 import pytest
 
-from mission.executive.events import FlightEnd, FlightMethod
+from mission.executive.events import FlightEnd, FlightMethod, MissionPlace
 from mission.flying import flight, preflight
 from mission.flying.ways import along
 from mission.loading import load
@@ -123,9 +123,9 @@ def test_a_mission_reaches_to_its_farthest_corner_and_its_highest_roof(sound):
 
 @pytest.mark.parametrize("aloft", [False, True])
 def test_no_mission_is_uploaded_to_a_vehicle_that_flies(planned, tmp_path, monkeypatch, aloft):
-    uploaded = []
+    uploaded, places = [], (MissionPlace(7, (10.0, 10.0, 30.0)),)
     monkeypatch.setattr(flight, "upload_safety", lambda *_: uploaded.append("fence"))
-    monkeypatch.setattr(flight, "upload_plan", lambda *_: uploaded.append("mission") or 7)
+    monkeypatch.setattr(flight, "upload_plan", lambda *_: uploaded.append("mission") or places)
     settings = flight.FlightSettings("sim", FlightMethod.MISSION, 1.0, tmp_path)
-    assert flight._prepare(None, planned, settings, aloft) == (None if aloft else 7)  # pyright: ignore[reportArgumentType]
+    assert flight._prepare(None, planned, settings, aloft) == (() if aloft else places)  # pyright: ignore[reportArgumentType]
     assert uploaded == (["fence"] if aloft else ["fence", "mission"])

@@ -35,6 +35,7 @@ SLOW_PX4 = {
     "GF_MAX_VER_DIST": 0,
     "COM_LOW_BAT_ACT": 3,
     "RTL_RETURN_ALT": 60,
+    "NAV_DLL_ACT": 2,
     "MPC_XY_VEL_MAX": 4.0,
 }
 
@@ -115,7 +116,7 @@ def test_what_is_pushed_during_the_checks_is_kept(inbox, planned):
     link = SimpleNamespace(autopilot=Autopilot.PX4, parameter=parameter)
     energy = energy_of(planned.mission, planned.problem)
     assignment = assignment_of(planned, FlightMethod.OFFBOARD)
-    ground = Ground(planned.mission, inbox.belief, link, energy, inbox.pushes, assignment, lambda: (), lambda: True)
+    ground = Ground(planned.mission, inbox.belief, link, energy, inbox.pushes, assignment, lambda _: (), lambda: True)
     home = (15.0, 15.0, 0.0)
     state = dataclasses.replace(
         STATE,
@@ -143,7 +144,8 @@ def test_the_loop_does_not_wait_for_what_is_taken_in():
     flight = Flight().exploring()
     recorder = SimpleNamespace(write=lambda *_, **__: None)
     streamer = SimpleNamespace(follow=lambda _: None)
-    loop = FlightLoop(flight.executive, None, None, streamer, recorder, None, None, SlowGround(), Watcher())
+    link = SimpleNamespace(withdraw=lambda: None)
+    loop = FlightLoop(flight.executive, link, None, streamer, recorder, None, None, SlowGround(), Watcher())
     loop._take_pushed(flight.now_s)
     assert begun.wait(20.0)
     loop._take_pushed(flight.now_s)
