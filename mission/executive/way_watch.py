@@ -66,7 +66,7 @@ class WayWatch:
 
     @property
     def past_the_last(self) -> int | None:
-        """By how many items the one that was reached comes after an uploaded mission's last place; None: none was begun.
+        """By how many items the one that was reached comes after an uploaded mission's last place; None: none is flown.
 
         Autopilots count from different numbers, and the last place is known to all of them.
         """

@@ -75,6 +75,7 @@ def test_how_long_the_way_home_takes_is_reckoned_beside_the_flight_and_again_whe
     belief = SimpleNamespace(problem=flight.known)
     loop = FlightLoop(flight.executive, None, SimpleNamespace(rate=1.0), None, None, belief, None, Detour(), None)
     loop._act = lambda actions, _: flight.act(actions)
+    loop._renew = lambda: None
 
     def reckon():
         count, until = len(asked), time.monotonic() + 20.0
