@@ -13,6 +13,7 @@ from pathlib import Path
 from typing import Any
 
 from mission.flying.flight_log import FlightLog
+from mission.pictures.style import distance, duration
 from mission.view import words_of
 
 REPORT_NAME = "report.html"
@@ -104,8 +105,8 @@ def _cards(summary: dict[str, Any]) -> str:
     if summary.get("probability_found") is None:
         found = []
     cards = (
-        (number("flown_s", " s", 0), "in the air"),
-        (number("length_m", " m", 0), "flown"),
+        (duration(summary["flown_s"]), "in the air"),
+        (distance(summary["length_m"]), "flown"),
         (number("min_clearance_m", " m", 2), "least clearance"),
         (number("max_speed_mps", " m/s", 1), "greatest speed"),
         (number("tracking_error_mean_m", " m", 2), "from the course, mean"),

@@ -1,12 +1,11 @@
 """flight.png: what was flown, over what was looked for, and how well it kept to what was proven.
 
-The map with the flown path, the courses it followed and where new plans took over; height, speed, clearance, distance
-from the course and battery over time, with the phases of the flight behind them.
+The map with the flown path, the courses it followed and where new plans took over; heights, speed, clearance, distance
+from the course and battery over time, shaded where it was not exploring.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +13,50 @@ import matplotlib
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
 
 from mission.flying.flight_log import EXPLORING, FlightLog
-from mission.flying.summary import clearance_m
 from mission.mission_file import Mission
-from mission.pictures.picture import FAINT, GOOD, INK, LIMIT, LINE, PATH, SOFT, STYLE, draw_ground, draw_limit
+from mission.pictures.ground_map import (
+    draw_ground,
+    draw_legend,
+    draw_swath,
+    ground_entries,
+    swath_entry,
+    swath_radius_m,
+)
+from mission.pictures.path_drawing import draw_by_height, draw_side_view, is_tall
+from mission.pictures.relief import ground_of
+from mission.pictures.series import (
+    draw_clearance,
+    draw_height,
+    draw_height_above_ground,
+    draw_limit,
+    has_height_limits,
+    height_entries,
+    solid_of,
+    stacked,
+)
+from mission.pictures.style import (
+    FAINT,
+    HEADING_IN,
+    INK,
+    LIMIT,
+    LINE,
+    MAP_IN,
+    MAP_LEFT,
+    PATH,
+    SOFT,
+    STYLE,
+    WIDTH_IN,
+    distance,
+    duration,
+    fitted,
+)
 from planner.problem import Problem
 
-WIDTH_IN, MAP_IN, HEADING_IN, FOOT_IN = 13.0, 7.1, 1.05, 0.75
+FOOT_IN, ROW_IN = 1.3, 1.45
 _CURVE_SAMPLES = 3000
 _MOST_POINTS = 6000
 _GAP_S = 2.0
@@ -39,45 +74,49 @@ def draw_flight(log: FlightLog, mission: Mission, problem: Problem, summary: dic
         path: The PNG file to write.
     """
     east_m, north_m, _ = problem.workspace.lengths_m
-    body_in = float(np.clip(MAP_IN * north_m / east_m, 6.0, 8.5)) + FOOT_IN
+    panels = _panels(log, problem)
+    map_in = float(np.clip(MAP_IN * north_m / east_m, 4.0, 8.5))
+    body_in = max(map_in + FOOT_IN, ROW_IN * (len(panels) + ("side view" in panels)))
     height_in = HEADING_IN + body_in + 0.2
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(WIDTH_IN, height_in), dpi=130, facecolor="white")
         top, bottom = 1.0 - HEADING_IN / height_in, 0.2 / height_in
-        _heading(figure, log, summary)
+        _heading(figure, log, problem, summary)
         foot = FOOT_IN / height_in
-        _map(figure.add_axes((0.055, bottom + foot, MAP_IN / WIDTH_IN, top - bottom - foot)), log, mission, problem)
-        rows = 5 if not problem.obstacles.is_empty else 4
-        grid = figure.add_gridspec(rows, 1, left=0.66, right=0.985, top=top, bottom=bottom + 0.04, hspace=0.5)
-        draw_series([figure.add_subplot(grid[row]) for row in range(rows)], log, problem)
+        _map(figure.add_axes((MAP_LEFT, bottom + foot, MAP_IN / WIDTH_IN, top - bottom - foot)), log, mission, problem)
+        axes = stacked(figure, panels, top, bottom + 0.4 / height_in)
+        if "side view" in axes:
+            draw_side_view(axes.pop("side view"), _exploring_only(log), problem)
+        draw_series(axes, log, mission, problem)
         figure.savefig(path)
 
 
-def _heading(figure: Figure, log: FlightLog, summary: dict[str, Any]) -> None:
+def _heading(figure: Figure, log: FlightLog, problem: Problem, summary: dict[str, Any]) -> None:
     height = figure.get_figheight()
     outcome = str(summary.get("outcome", "not finished"))
     error = summary.get("tracking_error_mean_m")
-    parts = [
-        f"{summary['length_m'] / 1000.0:.2f} km in {summary['flown_s'] / 60.0:.1f} min",
-        f"{summary['replans_taken']} of {summary['replans_asked']} replans taken",
-    ]
+    parts = [f"{distance(summary['length_m'])} in {duration(summary['flown_s'])}"]
+    if summary.get("probability_found") is not None:
+        parts.append(f"found with probability {summary['probability_found']:.2f}")
+    if summary["replans_asked"]:
+        parts.append(f"{summary['replans_taken']} of {summary['replans_asked']} replans taken")
     if error is not None:
         parts.append(f"{error:.2f} m from the course on average")
     if summary["min_clearance_m"] is not None:
-        parts.append(f"clearance at least {summary['min_clearance_m']:.2f} m")
+        to = "nearest obstacle or height limit" if has_height_limits(problem.obstacles) else "clearance at least"
+        parts.append(f"{to} {summary['min_clearance_m']:.2f} m")
     broken = summary["violations"]
-    figure.text(
-        0.055, 1.0 - 0.38 / height, str(log.header.get("name", "")), fontsize=15, fontweight="bold", va="center"
-    )
+    room_in = 0.93 * WIDTH_IN
+    name = fitted(str(log.header.get("name", "")), room_in, 15.0, "bold")
+    figure.text(MAP_LEFT, 1.0 - 0.38 / height, name, fontsize=15, fontweight="bold", va="center")
     text = f"{outcome}   ·   " + "   ·   ".join(parts)
-    figure.text(0.055, 1.0 - 0.66 / height, text, fontsize=9.5, color=SOFT, va="center")
+    figure.text(MAP_LEFT, 1.0 - 0.66 / height, fitted(text, room_in, 9.5), fontsize=9.5, color=SOFT, va="center")
     if broken:
-        figure.text(0.055, 1.0 - 0.88 / height, "broken: " + "; ".join(broken), fontsize=9.5, color=LIMIT, va="center")
+        text = fitted("broken: " + "; ".join(broken), room_in, 9.5)
+        figure.text(MAP_LEFT, 1.0 - 0.88 / height, text, fontsize=9.5, color=LIMIT, va="center")
 
 
 def _map(axis: Axes, log: FlightLog, mission: Mission, problem: Problem) -> None:
-    from matplotlib.lines import Line2D
-
     draw_ground(axis, mission, problem)
     exploring, position = log.exploring(), log.position_m
     for index, (_, trajectory) in enumerate(log.courses):
@@ -91,7 +130,10 @@ def _map(axis: Axes, log: FlightLog, mission: Mission, problem: Problem) -> None
             )
     there = _thinned(position[~exploring])
     axis.plot(there[:, 0], there[:, 1], ".", color=SOFT, markersize=1.2, alpha=0.6, zorder=3)
-    for piece in _pieces(position, exploring):
+    pieces = _pieces(position, exploring)
+    if is_tall(problem) and pieces:
+        draw_by_height(axis, _exploring_only(log), 1.8)
+    for piece in [] if is_tall(problem) else pieces:
         axis.plot(piece[:, 0], piece[:, 1], color=PATH, linewidth=1.5, zorder=5)
     home = mission.home_enu_m
     axis.plot(*home[:2], "o", color="white", markeredgecolor=INK, markersize=7.5, markeredgewidth=1.4, zorder=8)
@@ -102,21 +144,19 @@ def _map(axis: Axes, log: FlightLog, mission: Mission, problem: Problem) -> None
         Line2D([], [], color=PATH, linewidth=1.8, label="flown, exploring"),
         Line2D([], [], color=SOFT, marker=".", linestyle="", label="flown, there and back"),
         Line2D([], [], color=LINE, linewidth=0.8, linestyle=(0, (3, 2)), label="course"),
-        Line2D([], [], marker="D", color=LINE, markersize=4, linestyle="", label="a new plan takes over"),
         Line2D([], [], marker="o", color="white", markeredgecolor=INK, markersize=7, linestyle="", label="home"),
         Line2D([], [], marker="s", color=INK, markersize=5, linestyle="", label="end"),
-        Line2D([], [], color=GOOD, linewidth=1.2, label="box"),
+        Patch(facecolor=FAINT, alpha=0.4, label="time not exploring"),
     ]
-    axis.legend(
-        handles=entries,
-        loc="upper left",
-        bbox_to_anchor=(0.0, 0.0),
-        ncols=4,
-        fontsize=8,
-        columnspacing=1.3,
-        borderaxespad=4.5,
-        labelcolor=INK,
-    )
+    if len(log.courses) > 1:
+        entries.append(
+            Line2D([], [], marker="D", color=LINE, markersize=4, linestyle="", label="a new plan takes over")
+        )
+    radius_m = swath_radius_m(mission)
+    if radius_m is not None:
+        draw_swath(axis, [piece[:, :2] for piece in pieces if len(piece) > 1], radius_m)
+        entries.append(swath_entry(radius_m))
+    draw_legend(axis, [*entries, *ground_entries(mission, problem), *height_entries(problem)])
 
 
 def _widen(axis: Axes, position_m: np.ndarray) -> None:
@@ -132,59 +172,77 @@ def _thinned(points: np.ndarray) -> np.ndarray:
     return points[:: max(1, len(points) // _MOST_POINTS)]
 
 
+def _exploring_only(log: FlightLog) -> np.ndarray:
+    """Positions in order, NaN where it was not exploring."""
+    return _thinned(np.where(log.exploring()[:, None], log.position_m, np.nan))
+
+
 def _pieces(position_m: np.ndarray, keep: np.ndarray) -> list[np.ndarray]:
     """Runs of positions that belong together."""
     edges = np.flatnonzero(np.diff(np.concatenate([[False], keep, [False]]).astype(int)))
     return [_thinned(position_m[first:last]) for first, last in zip(edges[::2], edges[1::2], strict=True)]
 
 
-def draw_series(axes: Sequence[Axes], log: FlightLog, problem: Problem) -> None:
-    """Height, speed, distance from the course, battery, and clearance where there is something to keep away from."""
-    time_s = log.time_s
+def _panels(log: FlightLog, problem: Problem) -> list[str]:
+    """What is drawn over time: what there is nothing to say of is left out."""
+    told = np.isfinite(log.target_m).all(axis=1).any()
+    wanted = {
+        "side view": is_tall(problem) and bool(log.exploring().any()),
+        "height": True,
+        "above ground": ground_of(problem.obstacles) is not None,
+        "speed": True,
+        "off course": bool(told),
+        "battery": bool(np.isfinite(log.battery_fraction).any()),
+        "clearance": not solid_of(problem.obstacles).is_empty,
+    }
+    return [name for name, there in wanted.items() if there]
+
+
+def draw_series(axes: dict[str, Axes], log: FlightLog, mission: Mission, problem: Problem) -> None:
+    """Heights, speed, distance from the course, battery and clearance over time."""
+    time_s, position = log.time_s, log.position_m
     if not len(time_s):
         return
     # A resumed flight has a gap in it, which no line may bridge.
     time_s = np.where(np.diff(time_s, prepend=time_s[0]) > _GAP_S, np.nan, time_s)
-    low, high = problem.workspace.box_min_m[2], problem.workspace.box_max_m[2]
-    speed = np.linalg.norm(log.velocity_mps, axis=1)
-    error = np.linalg.norm(log.position_m - log.target_m, axis=1)
-    axes[0].plot(time_s, log.position_m[:, 2], color=LINE, linewidth=1.1, zorder=3)
-    draw_limit(axes[0], float(high), f"ceiling {high:g} m")
-    draw_limit(axes[0], float(low), f"floor {low:g} m", above=False)
-    axes[0].set_ylim(min(0.0, float(log.position_m[:, 2].min())), 1.25 * max(high, float(log.position_m[:, 2].max())))
-    axes[0].set_title("height above the origin [m]")
-    limit = problem.limits.max_speed_mps
-    axes[1].plot(time_s, speed, color=LINE, linewidth=1.1, zorder=3)
-    draw_limit(axes[1], limit, f"limit {limit:g} m/s")
-    axes[1].set_ylim(0.0, 1.25 * max(limit, float(speed.max())))
-    axes[1].set_title("speed [m/s]")
-    axes[2].plot(time_s, error, color=LINE, linewidth=1.1, zorder=3)
-    told = error[np.isfinite(error)]
-    axes[2].set_ylim(0.0, 1.2 * max(0.1, float(told.max()) if len(told) else 0.1))
-    axes[2].set_title("distance from the course [m]")
-    axes[3].plot(time_s, 100.0 * log.battery_fraction, color=LINE, linewidth=1.1, zorder=3)
-    axes[3].set_ylim(0.0, 105.0)
-    axes[3].set_title("battery [%]")
-    if len(axes) > 4:
-        _clearance(axes[4], log, problem)
+    draw_height(axes["height"], time_s, position, problem)
+    if "above ground" in axes:
+        draw_height_above_ground(axes["above ground"], time_s, position, problem)
+    _speed(axes["speed"], time_s, np.linalg.norm(log.velocity_mps, axis=1), mission, problem)
+    if "off course" in axes:
+        axis, error = axes["off course"], np.linalg.norm(position - log.target_m, axis=1)
+        axis.plot(time_s, error, color=LINE, linewidth=1.1, zorder=3)
+        axis.set_ylim(0.0, 1.2 * max(0.1, float(np.nanmax(error))))
+        axis.set_title("distance from the course [m]")
+    if "battery" in axes:
+        axes["battery"].plot(time_s, 100.0 * log.battery_fraction, color=LINE, linewidth=1.1, zorder=3)
+        axes["battery"].set_ylim(0.0, 105.0)
+        axes["battery"].set_title("battery [%]")
+    if "clearance" in axes:
+        # On its way up and down a vehicle is near the ground, and nothing is held against it there.
+        solid = solid_of(problem.obstacles)
+        counts = log.exploring() if solid.surfaces else log.armed
+        away = np.asarray(solid.distance(position)) - problem.vehicle_radius_m
+        draw_clearance(axes["clearance"], time_s, away, problem, counts)
     aloft = [t for t, phase in zip(log.time_s, log.phase, strict=True) if phase == _ALOFT[0]]
     begin_s = aloft[0] if aloft else float(log.time_s[0])
-    for axis in axes:
+    *_, last = axes.values()
+    for axis in axes.values():
         axis.set_xlim(begin_s, float(log.time_s[-1]))
-        axis.tick_params(labelbottom=axis is axes[-1])
+        axis.tick_params(labelbottom=axis is last)
         _shade_phases(axis, log)
-    axes[-1].set_xlabel("flight time [s]")
+    last.set_xlabel("flight time [s]")
 
 
-def _clearance(axis: Axes, log: FlightLog, problem: Problem) -> None:
-    clearance = clearance_m(log, problem)
-    margin = problem.clearance_margin_m
-    axis.plot(log.time_s, clearance, color=LINE, linewidth=1.1, zorder=3)
-    axis.fill_between(log.time_s, 0.0, margin, color=LIMIT, alpha=0.07, linewidth=0.0, zorder=1)
-    draw_limit(axis, margin, f"margin {margin:g} m")
-    top = max(float(np.quantile(clearance, 0.9)), 4.0 * margin, 1.2 * float(clearance.min()))
-    axis.set_ylim(min(0.0, 1.1 * float(clearance.min())), top)
-    axis.set_title("clearance of the hull to the nearest obstacle [m]")
+def _speed(axis: Axes, time_s: np.ndarray, speed_mps: np.ndarray, mission: Mission, problem: Problem) -> None:
+    """Speed with the vehicle's limit, which counts in flight, and what plans leave of it."""
+    limit_mps, planned_mps = mission.vehicle.max_speed_mps, problem.limits.max_speed_mps
+    axis.plot(time_s, speed_mps, color=LINE, linewidth=1.1, zorder=3)
+    draw_limit(axis, limit_mps, f"vehicle's limit\n{limit_mps:.3g} m/s", side="above")
+    if planned_mps < limit_mps:
+        draw_limit(axis, planned_mps, f"planned up to\n{planned_mps:.3g} m/s", side="below", color=SOFT)
+    axis.set_ylim(0.0, 1.2 * max(limit_mps, float(speed_mps.max())))
+    axis.set_title("speed [m/s]")
 
 
 def _shade_phases(axis: Axes, log: FlightLog) -> None:

@@ -24,6 +24,7 @@ class Relief:
         north_m: Shape (north,).
         somewhere: Where some height of the box is in a measured obstacle, shape (north, east).
         everywhere: Where every height of it is, or in the ground.
+        kept_clear: Where some height of it is too near to a measured obstacle for the vehicle's middle.
         ground_m: Height of the ground; None where none is known.
     """
 
@@ -31,6 +32,7 @@ class Relief:
     north_m: Float[np.ndarray, "north"]
     somewhere: Bool[np.ndarray, "north east"]
     everywhere: Bool[np.ndarray, "north east"]
+    kept_clear: Bool[np.ndarray, "north east"]
     ground_m: Float[np.ndarray, "north east"] | None
 
 
@@ -43,11 +45,13 @@ def relief_of(problem: Problem) -> Relief | None:
     east, north = (np.linspace(low[axis], high[axis], PLACES) for axis in (0, 1))
     heights = np.linspace(low[2], high[2], LEVELS)
     grid = np.stack(np.meshgrid(east, north, heights, indexing="xy"), axis=-1)
-    solid = np.asarray(ObstacleField.of(field.grids).distance(grid)) < 0.0
+    away = np.asarray(ObstacleField.of(field.grids).distance(grid))
+    solid = away < 0.0
     below = ground_of(field)
     ground = None if below is None else np.asarray(below.height_at(grid[:, :, 0, :2]))
     buried = solid if ground is None else solid | (ground[:, :, None] > grid[..., 2])
-    return Relief(east, north, np.any(solid, axis=2), np.all(buried, axis=2), ground)
+    near = np.any(away < problem.keep_out_m, axis=2)
+    return Relief(east, north, np.any(solid, axis=2), np.all(buried, axis=2), near, ground)
 
 
 def ground_of(field: ObstacleField) -> HeightField | None:
