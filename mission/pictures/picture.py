@@ -59,7 +59,7 @@ if TYPE_CHECKING:
     from mission.planning import Planned
     from planner.problem import Problem
 
-LEGEND_IN, GATE_IN = 1.35, 4.6
+LEGEND_IN, GATE_IN = 1.35, 4.4
 SAMPLES, OTHERS_SAMPLES = 6000, 1500
 MOST_ROWS = 12
 MOST_OTHERS = 24
@@ -150,7 +150,9 @@ def _map(axis: Axes, planned: Planned) -> None:
         style = "-" if candidate.feasible else (0, (2, 2))
         axis.plot(*line[:, :2].T, linestyle=style, color=SOFT, linewidth=0.6, alpha=0.3 if tall else 0.65, zorder=3)
     if drawn:
-        label = "other candidates" if drawn == others else f"the best {len(drawn)} of {len(others)} others"
+        label = "other candidates" if len(drawn) == len(others) else f"the best {len(drawn)} of {len(others)} others"
+        if not all(candidate.feasible for candidate in drawn):
+            label += ", refused dashed"
         entries.append(Line2D([], [], color=SOFT, linewidth=0.8, alpha=0.8, label=label))
     curve = front.trajectory
     samples = curve.sample(np.linspace(curve.start_s, curve.end_s, SAMPLES))

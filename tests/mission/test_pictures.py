@@ -188,6 +188,8 @@ def test_at_most_some_dozens_of_candidates_are_drawn_and_the_legend_says_so(plan
     thin = [line for line in figures[0].axes[0].lines if line.get_linewidth() < 1.0 and len(line.get_xdata()) > 2]
     assert len(thin) == picture.MOST_OTHERS
     assert f"the best {picture.MOST_OTHERS} of 499 others" in legend_of(figures[0])
+    draw_plan(planned, tmp_path / "few.png")
+    assert "other candidates, refused dashed" in legend_of(figures[1])
 
 
 def test_names_are_drawn_as_they_are_written_and_no_wider_than_the_picture(planned, figures, tmp_path):
