@@ -42,14 +42,16 @@ DOTS: Any = (0, (1, 1.5))
 def draw_ground(axis: Axes, mission: Mission, problem: Problem) -> None:
     """Draw what lies below every path, in metres east and north."""
     low, high = problem.workspace.box_min_m, problem.workspace.box_max_m
-    seen = problem.information.mass.sum(axis=2)
+    # A search shares its time out as effort, which is flat where the most is found: where the target may be is the map.
+    shown = problem.information if problem.search is None else problem.search.prior
+    mass = shown.mass.sum(axis=2)
     axis.imshow(
-        seen.T,
+        mass.T,
         origin="lower",
         extent=(low[0], high[0], low[1], high[1]),
         cmap=INFORMATION,
         vmin=0.0,
-        vmax=_bright(seen),
+        vmax=_bright(mass),
         interpolation="bilinear",
         zorder=0,
     )
@@ -79,7 +81,8 @@ def ground_entries(mission: Mission, problem: Problem) -> list[Artist]:
     """What a legend says of the map."""
     site = mission.site
     box = "area of the paths" if site.polygon_enu_m else "box of the paths"
-    entries: list[Artist] = [Patch(facecolor=INFORMATION(0.75), label="information")]
+    informative = "information" if problem.search is None else "where the target may be"
+    entries: list[Artist] = [Patch(facecolor=INFORMATION(0.75), label=informative)]
     if site.fence_margin_m == 0.0:
         box += " and fence"
     entries.append(Line2D([], [], color=GOOD, linewidth=1.2, label=box))
@@ -120,7 +123,7 @@ def draw_legend(axis: Axes, entries: Iterable[Artist]) -> None:
         ncols=4,
         fontsize=8,
         handlelength=1.6,
-        columnspacing=1.3,
+        columnspacing=1.0,
         borderaxespad=0.0,
         labelcolor=INK,
     )
@@ -146,9 +149,9 @@ def swath_radius_m(mission: Mission) -> float | None:
     return mission.sensor.detection_radius_m if mission.belief.kind == "detection" else None
 
 
-def _bright(seen: np.ndarray) -> float:
+def _bright(mass: np.ndarray) -> float:
     """Upper end of the colour scale: extreme cells must not turn the rest white, nor an even field dark."""
-    return float(max(np.quantile(seen, 0.995), 4.0 * seen.mean()))
+    return float(max(np.quantile(mass, 0.995), 4.0 * mass.mean()))
 
 
 def _low_m(problem: Problem) -> float:

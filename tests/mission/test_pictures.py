@@ -17,6 +17,7 @@ from mission.loading import load
 from mission.pictures import picture
 from mission.pictures.candidates_picture import draw_candidates
 from mission.pictures.flight_picture import draw_flight
+from mission.pictures.ground_map import draw_ground, ground_entries
 from mission.pictures.picture import draw_plan
 from mission.pictures.series import draw_height_above_ground
 from mission.pictures.style import distance, duration, plain
@@ -276,3 +277,30 @@ def test_where_the_box_is_tall_colours_and_a_view_from_the_side_tell_heights(pla
 )
 def test_distances_and_times_are_said_in_units_of_their_size(said, wanted):
     assert said == wanted
+
+
+def test_the_map_of_a_search_shows_where_the_target_may_be_and_not_the_effort(tmp_path):
+    component = "[[information.component]]\nmean_enu_m = [250, 250, 50]\nstd_m = [60, 60, 20]"
+    search = SITE.replace('kind = "uniform"', f'kind = "gaussians"\n{component}')
+    search += "[sensor]\ndetection_radius_m = 20.0\n[belief]\nkind = 'detection'\n"
+    (tmp_path / "mission.toml").write_text(search, encoding="utf-8")
+    mission = load(tmp_path / "mission.toml")
+    problem = problem_from_mission(mission)
+    assert problem.search is not None
+    axis = Figure().add_subplot()
+    draw_ground(axis, mission, problem)
+    np.testing.assert_allclose(np.asarray(axis.images[0].get_array()), problem.search.prior.mass.sum(axis=2).T)
+    assert "where the target may be" in [entry.get_label() for entry in ground_entries(mission, problem)]
+
+
+def test_of_a_search_the_pictures_say_what_is_found_and_not_the_ergodic_metric(planned, figures, tmp_path):
+    candidates = tuple(dataclasses.replace(one, probability_found=0.456) for one in planned.plan.candidates)
+    plan = dataclasses.replace(planned.plan, candidates=candidates, lawnmower_probability_found=0.24)
+    search = dataclasses.replace(planned, plan=plan)
+    draw_plan(search, tmp_path / "plan.png")
+    draw_candidates(search, ranked_candidates(search), tmp_path / "candidates.png")
+    assert "finds with probability 0.46, a lawnmower of its length with 0.24" in figures[0].texts[1].get_text()
+    said = [text.get_text() for figure in figures for axis in figure.axes for text in axis.texts]
+    assert "finds with" in said
+    assert any(text.startswith("finds with probability 0.456\n") for text in said)
+    assert not any("ergodic" in text for text in said)
