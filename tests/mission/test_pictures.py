@@ -71,7 +71,7 @@ def flight(folder, planned, on_course=True):
     """A flight along the plan at 8 m/s of a vehicle that may do so."""
     curve = planned.plan.best.trajectory
     recorder = Recorder(folder, {"name": planned.mission.name, "link": "sim", "mode": "offboard", "started": ""})
-    recorder.course(0.0, curve, "plan")
+    recorder.course(0.0, recorder.keep(curve).result(), "plan")
     recorder.write("phase", 0.0, phase="taking off", why="armed")
     recorder.write("phase", 1.0, phase="exploring", why="at the start")
     for now in np.arange(1.0, curve.duration_s, 1.0):
