@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import contextlib
 import enum
 import json
+import os
 import sys
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, TextIO
 
 import typer
 
 from mission.findings import Finding, InputError
+
+if TYPE_CHECKING:
+    from rich.console import RenderableType
+
+WIDE = 160
+"""Columns of a table that goes to a file."""
 
 
 class Exit(enum.IntEnum):
@@ -41,8 +49,41 @@ JsonOption = Annotated[
 
 
 def say(text: str) -> None:
-    """A line for the person, on stderr."""
-    print(text, file=sys.stderr)
+    """A line for the person, on stderr; where that is gone, nobody reads it, and the work goes on."""
+    try:
+        print(text, file=sys.stderr, flush=True)
+    except OSError:
+        silence(sys.stderr)
+
+
+def show(table: RenderableType, *, stderr: bool = True, wrapped: bool = True) -> None:
+    """A table or a styled line: as wide as the terminal, in a file `WIDE`.
+
+    Args:
+        table: What.
+        stderr: Whether it is for the person alone; there it may be lost, as what `say` says.
+        wrapped: Whether lines end at that width.
+
+    Raises:
+        OSError: Standard output cannot be written to.
+    """
+    from rich.console import Console
+
+    console = Console(stderr=stderr, highlight=False, soft_wrap=not wrapped)
+    if not console.is_terminal:
+        console.width = WIDE
+    try:
+        console.print(table)
+    except OSError:
+        if not stderr:
+            raise
+        silence(sys.stderr)
+
+
+def silence(stream: TextIO) -> None:
+    """What is still to be written to a stream that is gone goes nowhere, without an error at the end."""
+    with contextlib.suppress(OSError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
 
 
 def emit(document: dict[str, Any]) -> None:
@@ -50,8 +91,14 @@ def emit(document: dict[str, Any]) -> None:
 
     Raises:
         ValueError: A number in it is not finite.
+        OSError: Standard output cannot be written to.
     """
-    print(json.dumps(document, allow_nan=False))
+    print(json.dumps(document, allow_nan=False), flush=True)
+    document_of_the_verb.append(document)
+
+
+document_of_the_verb: list[dict[str, Any]] = []
+"""What was emitted, so that whatever ends a verb knows whether its object is still owed."""
 
 
 def findings_as_json(findings: Sequence[Finding]) -> list[dict[str, str]]:
@@ -77,12 +124,10 @@ def output_folder(folder: Path) -> Path:
 
 def refuse(error: InputError, as_json: bool) -> typer.Exit:
     """Says everything that is wrong with an input; raise what comes back."""
-    from rich.console import Console
     from rich.text import Text
 
-    console = Console(stderr=True, highlight=False, soft_wrap=True)
     count = len(error.findings)
-    console.print(Text(f"{error.source}: {count} {'entry' if count == 1 else 'entries'} to mend", style="bold"))
+    show(Text(f"{error.source}: {count} {'entry' if count == 1 else 'entries'} to mend", style="bold"), wrapped=False)
     for finding in error.findings:
         line = Text("  ")
         line.append(finding.path, style="bold red")
@@ -90,7 +135,7 @@ def refuse(error: InputError, as_json: bool) -> typer.Exit:
         if finding.got:
             line.append(f"got {finding.got}; ")
         line.append(finding.advice)
-        console.print(line)
+        show(line, wrapped=False)
     if as_json:
         emit({"error": f"{count} to mend in {error.source}", "findings": findings_as_json(error.findings)})
     return typer.Exit(Exit.BAD_INPUT)

@@ -38,6 +38,8 @@ from sim_bridge.frames import geodetic_from_enu
 if TYPE_CHECKING:
     from mission.planning import Planned
 
+PLAN_NAME, PICTURE_NAME, CANDIDATES_NAME = "plan.json", "plan.png", "candidates.png"
+
 COARSE_SAMPLES = 400
 """Positions of each candidate in the plan file."""
 
@@ -184,6 +186,8 @@ def finite(value: float) -> float | None:
 def write_outputs(planned: Planned, folder: Path, rows: list[RankedCandidate] | None = None) -> list[Path]:
     """Writes the plan, its exports and its pictures; of a plan with nothing to fly, the pictures alone.
 
+    What an earlier plan left there goes first: a path that was refused must not lie beside one that can be flown.
+
     Args:
         planned: The plan.
         folder: Where to; it is made where it is not there.
@@ -198,22 +202,33 @@ def write_outputs(planned: Planned, folder: Path, rows: list[RankedCandidate] | 
     from mission.pictures.picture import draw_plan
 
     folder.mkdir(parents=True, exist_ok=True)
-    pictures = [folder / "plan.png"]
-    draw_plan(planned, pictures[0])
+    remove_outputs(folder)
+    written = []
+    if planned.plan.selected is not None:
+        plan = plan_file_of(planned)
+        written.append(folder / PLAN_NAME)
+        write_plan_file(plan, written[0])
+        for format in Format:
+            written.append(folder / f"plan{format.suffix}")
+            written[-1].write_text(exported(plan, format), encoding="utf-8")
+    written.append(folder / PICTURE_NAME)
+    draw_plan(planned, written[-1])
     if rows is not None:
         from mission.pictures.candidates_picture import draw_candidates
 
-        pictures.append(folder / "candidates.png")
-        draw_candidates(planned, rows, pictures[-1])
-    if planned.plan.selected is None:
-        return pictures
-    plan = plan_file_of(planned)
-    written = [folder / "plan.json"]
-    write_plan_file(plan, written[0])
-    for format in Format:
-        written.append(folder / f"plan{format.suffix}")
-        written[-1].write_text(exported(plan, format), encoding="utf-8")
-    return [*written, *pictures]
+        written.append(folder / CANDIDATES_NAME)
+        draw_candidates(planned, rows, written[-1])
+    return written
+
+
+def remove_outputs(folder: Path) -> None:
+    """Takes away what `write_outputs` left in a folder.
+
+    Raises:
+        OSError: A file cannot be removed.
+    """
+    for name in (PLAN_NAME, *(f"plan{format.suffix}" for format in Format), PICTURE_NAME, CANDIDATES_NAME):
+        (folder / name).unlink(missing_ok=True)
 
 
 def summary_of(planned: Planned, files: list[Path], rows: list[RankedCandidate] | None = None) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from mission.console import JsonOption, MissionArgument, SetOption, emit, refuse
+from mission.console import JsonOption, MissionArgument, SetOption, emit, refuse, show
 from mission.findings import InputError
 
 
@@ -41,13 +41,13 @@ def check(mission_file: MissionArgument, overrides: SetOption = None, as_json: J
 
 def _print_table(name: str, entries: list) -> None:
     """The resolved mission, what was not written in the file dimmed."""
-    from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     from mission.mission_file.errors import spelled
     from mission.resolved import Source
 
-    table = Table(title=name, title_justify="left", box=None, pad_edge=False, header_style="bold")
+    table = Table(title=Text(name), title_justify="left", box=None, pad_edge=False, header_style="bold")
     for heading in ("entry", "value", "unit", "from"):
         table.add_column(heading, overflow="fold")
     section = ""
@@ -61,9 +61,9 @@ def _print_table(name: str, entries: list) -> None:
         given = entry.source in (Source.FILE, Source.COMMAND_LINE)
         table.add_row(
             entry.path,
-            spelled(entry.value),
+            Text(spelled(entry.value)),
             entry.unit,
             entry.source.value,
             style=None if given else "dim",
         )
-    Console(highlight=False).print(table)
+    show(table, stderr=False)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from mission.console import Exit, JsonOption, MissionArgument, SetOption, emit, output_folder, refuse, say
+from mission.console import Exit, JsonOption, MissionArgument, SetOption, emit, output_folder, refuse, say, show
 from mission.findings import Finding, InputError
 
 if TYPE_CHECKING:
@@ -133,17 +133,16 @@ def carry_out(planned: Planned, settings: FlightSettings, *, view: bool, as_json
 
 def _report(flown: Flown) -> None:
     """The summary as a table, on stderr."""
-    from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     table = Table(title=f"{flown.outcome.value}", title_justify="left", box=None, pad_edge=False, show_header=False)
     table.add_column(style="dim")
     table.add_column()
     for label, text in rows_of(flown.summary):
-        table.add_row(label, text)
-    console = Console(stderr=True, highlight=False)
-    console.print(table)
-    console.print(f"in {flown.folder}: " + ", ".join(Path(file).name for file in flown.files), soft_wrap=True)
+        table.add_row(label, Text(text))
+    show(table)
+    say(f"in {flown.folder}: " + ", ".join(Path(file).name for file in flown.files))
 
 
 def rows_of(summary: dict[str, Any]) -> list[tuple[str, str]]:

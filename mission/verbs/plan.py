@@ -8,15 +8,12 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from mission.console import Exit, JsonOption, MissionArgument, SetOption, emit, output_folder, refuse, say
+from mission.console import Exit, JsonOption, MissionArgument, SetOption, emit, output_folder, refuse, say, show
 from mission.findings import Finding, InputError
 
 if TYPE_CHECKING:
     from mission.candidates import RankedCandidate
     from mission.planning import Planned
-
-WIDE = 160
-"""Columns of a table that goes to a file."""
 
 
 def plan(
@@ -103,15 +100,15 @@ def _report(planned: Planned, files: list[Path]) -> None:
 
 def _print_candidates(rows: list[RankedCandidate], selected: int | None) -> None:
     """A row a candidate, best first; the selected one is marked."""
-    from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
     table = Table(box=None, pad_edge=False, header_style="bold")
     searching = any(row.candidate.probability_found is not None for row in rows)
     finds = ("finds",) if searching else ()
     for heading in ("", "candidate", "grown from", "E", "E / lawnmower's", *finds, "length [m]", "clearance [m]"):
-        table.add_column(heading, justify="left" if heading == "grown from" else "right")
-    table.add_column("to selected [m]", justify="right")
+        table.add_column(Text(heading), justify="left" if heading == "grown from" else "right")
+    table.add_column(Text("to selected [m]"), justify="right")
     table.add_column("gate")
     for row in rows:
         report = row.candidate.report
@@ -127,10 +124,7 @@ def _print_candidates(rows: list[RankedCandidate], selected: int | None) -> None
             _shown(row.distance_to_selected_m, ".4g"),
             row.verdict,
         )
-    console = Console(stderr=True, highlight=False)
-    if not console.is_terminal:
-        console.width = WIDE
-    console.print(table)
+    show(table)
 
 
 def _shown(value: float, format: str) -> str:

@@ -6,7 +6,6 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
-from mission import cli
 from mission.cli import app
 from mission.plan_file import write_plan_file
 
@@ -81,20 +80,6 @@ def test_every_verb_has_help(verb):
     assert result.exit_code == 0
     assert "Usage" in result.stdout
     assert "--json" in result.stdout or not verb
-
-
-def test_an_interrupted_verb_exits_with_130(sound, monkeypatch, capsys):
-    import mission.loading
-
-    def interrupted(*_):
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr(mission.loading, "read_document", interrupted)
-    monkeypatch.setattr(sys, "argv", ["mission", "check", str(sound)])
-    with pytest.raises(SystemExit) as caught:
-        cli.main()
-    assert caught.value.code == 130
-    assert "Traceback" not in capsys.readouterr().err
 
 
 def test_help_comes_without_loading_the_planner():

@@ -1,3 +1,4 @@
+import dataclasses
 import itertools
 import json
 
@@ -8,6 +9,7 @@ from mission.findings import InputError
 from mission.plan_file import read_plan_file, write_plan_file
 from mission.plan_output import summary_of, write_outputs
 from planner import gate
+from planner.plan import Status
 
 
 @pytest.fixture
@@ -137,17 +139,29 @@ def test_planning_leaves_every_file_and_a_summary_that_names_them(planned, tmp_p
     assert len(summary["files"]) == 7
 
 
-def test_a_plan_with_nothing_to_fly_leaves_its_picture_and_no_plan(planned, tmp_path):
-    import dataclasses
+def test_a_plan_is_written_before_its_picture_which_a_name_with_dollars_does_not_spoil(planned, tmp_path, monkeypatch):
+    costly = dataclasses.replace(planned, mission=planned.mission.model_copy(update={"name": "cost $5_ and $6^"}))
+    assert len(write_outputs(costly, tmp_path / "drawn")) == 7
 
-    from planner.plan import Status
+    def broken(*_):
+        raise RuntimeError("no picture")
 
+    monkeypatch.setattr("mission.pictures.picture.draw_plan", broken)
+    with pytest.raises(RuntimeError):
+        write_outputs(planned, tmp_path / "not drawn")
+    assert (tmp_path / "not drawn" / "plan.json").exists()
+
+
+def test_a_plan_with_nothing_to_fly_leaves_its_picture_and_no_plan_not_even_an_earlier_one(planned, tmp_path):
+    write_outputs(planned, tmp_path)
+    (tmp_path / "notes.txt").touch()
     nothing = dataclasses.replace(
         planned.plan, status=Status.INFEASIBLE, selected=None, candidates=planned.plan.candidates[:1]
     )
     refused = dataclasses.replace(planned, plan=nothing)
     files = write_outputs(refused, tmp_path)
     assert [file.name for file in files] == ["plan.png"]
+    assert {file.name for file in tmp_path.iterdir()} == {"plan.png", "notes.txt"}
     summary = summary_of(refused, files)
     assert not summary["feasible"]
     assert summary["ergodic_metric"] is None
