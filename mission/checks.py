@@ -14,6 +14,7 @@ import numpy as np
 from mission.findings import Finding
 from mission.mission_file import Mission
 from mission.mission_file.errors import spelled
+from mission.mission_file.obstacle import Terrain
 from mission.site.endurance import endurance_budget
 from mission.site.fence import fence_holds, planned_fence
 
@@ -152,9 +153,11 @@ def endurance_suffices(mission: Mission) -> Iterator[Finding]:
 
 def stays_clear_of_obstacles(mission: Mission) -> Iterator[Finding]:
     """Obstacle files are readable; start, end and the climb keep their distance; there is room and information left."""
+    from mission.site.ground import heights_are_kept, home_stands_on_it
     from mission.site.information import density_of
     from mission.site.reachable import reachable, spare_in
     from mission.site.solids import solids_of
+    from planner.height_field import HeightField
     from planner.obstacles import ObstacleField
 
     keep_out_m = mission.keep_out_m
@@ -170,16 +173,24 @@ def stays_clear_of_obstacles(mission: Mission) -> Iterator[Finding]:
             sound = False
             yield Finding(f"{section}.{index}.file", "", str(error))
             continue
-        fields.append((f"{section}.{index}", ObstacleField.of(shapes)))
+        path = f"{section}.{index}"
+        if isinstance(entry, Terrain) and isinstance(shapes[0], HeightField):
+            yield from home_stands_on_it(path, entry, shapes[0], mission)
+            yield from heights_are_kept(path, entry, shapes[0], _ends(mission))
+        # Without heights that are kept above the ground: of those it was told what they are.
+        fields.append((path, ObstacleField.of(shapes[:1] if isinstance(entry, Terrain) else shapes)))
         solids += shapes
     for path, position in _ends(mission):
         yield from _too_near(path, spelled(position), "it", np.array([position]), fields, keep_out_m)
     home = mission.home_enu_m
     climb = np.arange(home[2] + keep_out_m, home[2] + mission.takeoff_altitude_m, CLIMB_STEP_M)
-    if len(climb) and home[:2] != mission.planner.start_enu_m[:2]:
+    if len(climb):
         column = np.column_stack([np.full((len(climb), 2), home[:2]), climb])
-        # The climb begins on the ground, below every height that is kept above it.
-        standing = [(path, field.standing) for path, field in fields]
+        # The climb begins on the ground, below every height that is kept above it. What the start is too near to was
+        # told already, where that is where the climb ends.
+        start = np.array([mission.planner.start_enu_m])
+        told = [home[:2] == tuple(start[0, :2]) and field.distance(start)[0] < keep_out_m for _, field in fields]
+        standing = [(path, field.standing) for (path, field), known in zip(fields, told, strict=True) if not known]
         yield from _too_near("site.home_enu_m", spelled(home), "the climb above it", column, standing, keep_out_m)
     for index, place in enumerate(mission.site.rally_enu_m):
         # A return that leads there comes down from above everything.

@@ -12,6 +12,8 @@ import numpy as np
 from jaxtyping import Float
 
 from mission.mission_file.obstacle import GeoJson
+from mission.site.nearness import demand_near
+from mission.site.scans import Frame
 from sim_bridge.frames import enu_from_geodetic
 from sim_bridge.state import GeodeticPoint
 
@@ -31,16 +33,16 @@ class Building:
     ceiling_m: float
 
 
-def read_buildings(entry: GeoJson, origin: GeodeticPoint) -> tuple[Building, ...]:
+def read_buildings(entry: GeoJson, frame: Frame) -> tuple[Building, ...]:
     """Every polygon of a GeoJSON file as a building; courtyards (inner rings) are filled.
 
     Args:
         entry: The file, and which properties hold the heights.
-        origin: Of the local frame.
+        frame: Where they are put.
 
     Raises:
         ValueError: Not GeoJSON, a geometry that is not a polygon, or a height that is missing or makes no sense; with
-            the number of the feature, counted from zero.
+            the number of the feature, counted from zero. Or none of them is near the site.
     """
     name = entry.file.name
     try:
@@ -59,11 +61,14 @@ def read_buildings(entry: GeoJson, origin: GeodeticPoint) -> tuple[Building, ...
     buildings = []
     for number, feature in enumerate(features):
         try:
-            buildings += _buildings_of(feature, entry, origin)
+            buildings += _buildings_of(feature, entry, frame.origin)
         except ValueError as error:
             raise ValueError(f"{name}, feature {number}: {error}") from error
     if not buildings:
         raise ValueError(f"{name} holds no polygons")
+    footprints = [building.polygon_m for building in buildings]
+    hint = "are latitude and longitude exchanged? GeoJSON has the longitude first"
+    demand_near(name, footprints, frame.low_m, frame.high_m, hint)
     return tuple(buildings)
 
 

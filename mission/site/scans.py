@@ -11,6 +11,7 @@ from jaxtyping import Float
 from scipy.ndimage import distance_transform_edt
 
 from mission.mission_file.obstacle import Mesh, Points, Terrain, Voxels
+from mission.site.nearness import demand_near
 from mission.site.position_table import read_positions
 from mission.site.rasters import Raster, read_array, read_geotiff, read_raster
 from planner import distance_grid
@@ -81,24 +82,30 @@ def grid_of(entry: Points | Mesh | Voxels, frame: Frame) -> DistanceGrid:
 
 @functools.lru_cache(maxsize=KEPT)
 def _grid_of(entry: Points | Mesh | Voxels, frame: Frame, _: object) -> DistanceGrid:
-    region, cell_m = frame.region, frame.cell_m
+    region, cell_m, name = frame.region, frame.cell_m, entry.file.name
     match entry:
         case Points():
-            table = read_positions(entry.file, frame.origin)
-            return distance_grid.from_points(table.position_m, entry.radius_m, region, cell_m)
+            positions_m = read_positions(entry.file, frame.origin).position_m
+            demand_near(name, [positions_m], frame.low_m, frame.high_m, "is it meant for this site.origin?")
+            return distance_grid.from_points(positions_m, entry.radius_m, region, cell_m)
         case Mesh():
             vertices, faces = _read_mesh(entry)
-            return distance_grid.from_mesh(vertices + np.array(entry.position_enu_m), faces, region, cell_m)
+            vertices += np.array(entry.position_enu_m)
+            demand_near(name, [vertices], frame.low_m, frame.high_m, "is position_enu_m right, and is it in metres?")
+            return distance_grid.from_mesh(vertices, faces, region, cell_m)
         case Voxels():
             occupied = np.asarray(read_array(entry.file))
             if occupied.ndim != 3 or not np.isfinite(occupied).all():
                 raise ValueError(
-                    f"{entry.file.name} has the shape {occupied.shape}; finite numbers along three axes (east, north, "
+                    f"{name} has the shape {occupied.shape}; finite numbers along three axes (east, north, "
                     "up) are needed"
                 )
             if not occupied.any():
-                raise ValueError(f"{entry.file.name} holds no occupied cell: leave the entry out")
-            return distance_grid.from_voxels(occupied != 0, np.array(entry.min_enu_m), entry.cell_m, region)
+                raise ValueError(f"{name} holds no occupied cell: leave the entry out")
+            low_m = np.array(entry.min_enu_m)
+            corners_m = np.array([low_m, low_m + entry.cell_m * np.array(occupied.shape)])
+            demand_near(name, [corners_m], frame.low_m, frame.high_m, "are min_enu_m and cell_m right?")
+            return distance_grid.from_voxels(occupied != 0, low_m, entry.cell_m, region)
 
 
 def surfaces_of(entry: Terrain, frame: Frame) -> tuple[HeightField, ...]:

@@ -25,7 +25,6 @@ def solids_of(entry: Obstacle | NoFly, mission: Mission) -> tuple[shapes.Obstacl
     Raises:
         ValueError: A file that cannot be used.
     """
-    origin = mission.site.origin.point()
     match entry:
         case entries.Sphere():
             return (shapes.Sphere(np.array(entry.center_enu_m), entry.radius_m),)
@@ -38,7 +37,7 @@ def solids_of(entry: Obstacle | NoFly, mission: Mission) -> tuple[shapes.Obstacl
         case entries.GeoJson():
             return tuple(
                 shapes.Prism(building.polygon_m, building.floor_m, building.ceiling_m)
-                for building in read_buildings(entry, origin)
+                for building in read_buildings(entry, frame_of(mission))
             )
         case entries.Points() | entries.Mesh() | entries.Voxels():
             return (grid_of(entry, frame_of(mission)),)

@@ -93,6 +93,11 @@ OVERRIDES = {
         "planner.end_enu_m",
         "inside no_fly.1",
     ),
+    "climb under an obstacle": (
+        "obstacle=[{kind='box', min_enu_m=[5, 5, 10], max_enu_m=[15, 15, 15]}]",
+        "site.home_enu_m",
+        "the climb above it lies inside obstacle.0",
+    ),
     "climb into an obstacle": ("site.home_enu_m=[400, 108, 0]", "site.home_enu_m", "obstacle.1"),
     "fence without home": ("site.home_enu_m=[-40, 10, 0]", "site.home_enu_m", "home lies outside the fence"),
     "fence without a rally point": ("site.rally_enu_m=[[9,9,30], [900,0,30]]", "site.rally_enu_m.1", "outside"),
@@ -144,6 +149,17 @@ GEOJSONS = {
     "height below its base": (
         {"properties": {"height_m": 3, "base_m": 5}, "geometry": {"type": "Polygon", "coordinates": [RING]}},
         "not above its base",
+    ),
+    "latitude and longitude exchanged": (
+        {"properties": {"height_m": 3}, "geometry": {"type": "Polygon", "coordinates": [[c[::-1] for c in RING]]}},
+        "are latitude and longitude exchanged",
+    ),
+    "another town": (
+        {
+            "properties": {"height_m": 3},
+            "geometry": {"type": "Polygon", "coordinates": [[[x + 1, y] for x, y in RING]]},
+        },
+        "75 km from the mission",
     ),
     "metres instead of degrees": (
         {"properties": {"height_m": 3}, "geometry": {"type": "Polygon", "coordinates": [[[900, 900]] * 4]}},

@@ -16,6 +16,7 @@ from mission.mission_file.vehicle import PRESETS, PresetName
 from mission.resolved import Source, resolved_entries
 from mission.site.buildings import read_buildings
 from mission.site.problem import problem_from_mission
+from mission.site.solids import frame_of
 from planner.problem import Kernel, Method, Metric, MetricWeights
 
 ORIGIN = (47.3977, 8.5456, 488.0)
@@ -71,7 +72,7 @@ def test_buildings_may_be_drawn_either_way_round(sound, tmp_path, turn):
     town = tmp_path / "town.geojson"
     town.write_text(json.dumps({"type": "FeatureCollection", "features": [feature]}))
     mission = load(sound, [f"obstacle=[{{kind='geojson', file='{town}'}}]"])
-    (building,) = read_buildings(mission.obstacle[0], mission.site.origin.point())
+    (building,) = read_buildings(mission.obstacle[0], frame_of(mission))
     expected = np.stack(pymap3d.geodetic2enu(*np.array(ring[:-1])[:, ::-1].T, ORIGIN[2], *ORIGIN)[:2], axis=-1)
     assert {tuple(corner) for corner in building.polygon_m.round(3)} == {tuple(corner) for corner in expected.round(3)}
     problem_from_mission(mission)
@@ -99,7 +100,7 @@ def test_a_table_that_wants_one_position_takes_lla_deg_m_alone(sound):
 
 def test_a_polygon_may_be_geodetic(sound):
     corners = [[47.3977, 8.5456], [47.3977, 8.5506], [47.4007, 8.5506], [47.4007, 8.5456]]
-    prism = f"{{kind='prism', polygon_lla_deg_m={corners}, floor_m=0, ceiling_m=10}}"
+    prism = f"{{kind='prism', polygon_lla_deg_m={corners}, floor_m=60, ceiling_m=70}}"
     polygon = np.array(load(sound, [f"obstacle.2={prism}"]).obstacle[2].polygon_enu_m)
     expected = np.stack(pymap3d.geodetic2enu(*np.array(corners).T, ORIGIN[2], *ORIGIN)[:2], axis=-1)
     np.testing.assert_allclose(polygon, expected, atol=1e-6)

@@ -17,8 +17,8 @@ LOW, HIGH = np.array([0.0, 0.0, 20.0]), np.array([500.0, 500.0, 80.0])
 POINTS = np.random.default_rng(0).uniform([200.0, 200.0, 20.0], [260.0, 260.0, 60.0], (60, 3))
 
 
-def with_obstacle(sound, entry: str):
-    return load(sound, [f"obstacle=[{{{entry}}}]"])
+def with_obstacle(sound, entry: str, home_up_m: float = 0.0):
+    return load(sound, [f"obstacle=[{{{entry}}}]", f"site.home_enu_m=[10, 10, {home_up_m}]"])
 
 
 def places(count: int = 400) -> np.ndarray:
@@ -79,7 +79,7 @@ def test_terrain_lies_where_its_rows_say_and_as_high_above_the_sea(sound, tmp_pa
     rows[:5, -5:] = 488.0 + 45.0
     np.savez(tmp_path / "heights.npz", dem=rows)
     entry = f"kind='terrain', file='{tmp_path / 'heights.npz'}', cell_m=20.0, center_enu_m=[250.0, 250.0]"
-    problem = problem_from_mission(with_obstacle(sound, entry))
+    problem = problem_from_mission(with_obstacle(sound, entry, home_up_m=10.0))
     ground = problem.obstacles.surfaces[0]
     # The first rows are the northern ones, the last columns the eastern ones.
     np.testing.assert_allclose(ground.height_at(np.array([[499.0, 499.0], [1.0, 499.0], [499.0, 1.0]])), [45, 10, 10])
@@ -176,7 +176,7 @@ FAULTS = {
         "ground.npy",
         np.zeros((40, 40)),
         "kind='terrain', cell_m=20.0, center_enu_m=[250, 250], heights='above-origin', least_height_m=50.0",
-        "lies inside obstacle.0",
+        "up must be at least 50",
     ),
 }
 
@@ -205,5 +205,5 @@ def test_a_file_that_was_written_anew_is_read_anew(sound, tmp_path):
     for height, stamp in ((0.0, 1_000), (10.0, 2_000)):
         np.save(path, np.full((30, 30), height))
         os.utime(path, (stamp, stamp))
-        problem = problem_from_mission(with_obstacle(sound, entry))
+        problem = problem_from_mission(with_obstacle(sound, entry, home_up_m=height))
         assert float(problem.obstacles.surfaces[0].height_at(np.zeros(2))) == height
