@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Callable, Iterator, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -18,10 +18,15 @@ from mission.mission_file.obstacle import Terrain
 from mission.site.endurance import endurance_budget
 from mission.site.fence import fence_holds, planned_fence
 
+if TYPE_CHECKING:
+    from mission.site.reachable import Spare
+    from planner.information import DensityGrid
+
 Check = Callable[[Mission], Iterator[Finding]]
 
 AXES = ("east", "north", "up")
 CLIMB_STEP_M = 0.5
+NO_WAY = "obstacles (with vehicle.radius_m and flight.clearance_margin_m around them) or the fence leave no way"
 
 
 def findings_between(sections: Mapping[str, Any]) -> list[Finding]:
@@ -213,8 +218,9 @@ def stays_clear_of_obstacles(mission: Mission) -> Iterator[Finding]:
         return
     if not sound:
         return
+    spare_m = spare_in(mission.site, ObstacleField.of(solids), keep_out_m)
     try:
-        reachable(density, spare_in(mission.site, ObstacleField.of(solids), keep_out_m))
+        explored = reachable(density, spare_m)
     except ValueError:
         yield Finding(
             "flight.clearance_margin_m",
@@ -222,6 +228,25 @@ def stays_clear_of_obstacles(mission: Mission) -> Iterator[Finding]:
             f"no information is left that is {keep_out_m:g} m (vehicle.radius_m and this margin) from every obstacle: "
             "make the margin smaller, or move the obstacles or the information",
         )
+        return
+    yield from _there_is_a_way(mission, explored, spare_m)
+
+
+def _there_is_a_way(mission: Mission, density: DensityGrid, spare_m: Spare) -> Iterator[Finding]:
+    """Obstacles and the fence do not close off the end, or the information, from the start."""
+    from mission.site.information import workspace_of
+    from mission.site.passage import LEAST_SHARE, Passage
+
+    start = np.array(mission.planner.start_enu_m)
+    if spare_m(start[None])[0] < 0.0:
+        # What it is too near to was told.
+        return
+    passage = Passage(workspace_of(mission.site), spare_m, start)
+    end = mission.planner.end_enu_m
+    if end is not None and spare_m(np.array([end]))[0] >= 0.0 and not passage.leads_to(np.array([end]))[0]:
+        yield Finding("planner.end_enu_m", spelled(end), f"{NO_WAY} there from the start: move one of the two")
+    if passage.share_of(density) < LEAST_SHARE:
+        yield Finding(_information_entry(mission), "", f"{NO_WAY} from the start to it: move one of the two")
 
 
 def _information_entry(mission: Mission) -> str:

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from mission.candidates import RankedCandidate, candidates_as_json
+from mission.cautions import cautions_about, cautions_about_plan
 from mission.exports import Format, exported
 from mission.mission_file.obstacle import Box, Cylinder, NoFly, Prism
 from mission.plan_file import (
@@ -245,6 +246,7 @@ def summary_of(planned: Planned, files: list[Path], rows: list[RankedCandidate] 
     report = best.report if best is not None else None
     return {
         "feasible": best is not None,
+        "warnings": [*cautions_about(planned.mission), *cautions_about_plan(planned)],
         "status": plan.status.value,
         "selected": plan.selected,
         "ergodic_metric": best.ergodic_metric if best is not None else None,
@@ -257,6 +259,7 @@ def summary_of(planned: Planned, files: list[Path], rows: list[RankedCandidate] 
         "max_speed_mps": report.max_speed_mps if report is not None else None,
         "max_acceleration_mps2": report.max_acceleration_mps2 if report is not None else None,
         "solve_s": planned.solve_s,
+        "compile_s": planned.compile_s,
         "total_s": planned.total_s,
         "candidates": [
             {

@@ -67,7 +67,8 @@ class Vehicle(Section):
 
     preset: PresetName = DEFAULT_PRESET
     """Whose figures the other entries start from. `fixed-wing` is for planning and exports alone: paths start and end
-    at rest, and `mission fly` refuses it."""
+    at rest, and in between they may be slower than a wing flies, which `mission plan` warns of; `mission fly` refuses
+    it."""
     autopilot: Literal["px4", "ardupilot"]
     """Whose dialect it speaks."""
     max_speed_mps: Annotated[float, Field(ge=0.01, le=100.0, examples=[8.0])]

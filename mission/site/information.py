@@ -6,6 +6,7 @@ import numpy as np
 
 from mission.mission_file.information import Gaussians, Information, Raster, SampleSet, Uniform
 from mission.mission_file.site import Site
+from mission.site import rasters
 from mission.site.position_table import read_positions
 from mission.site.rasters import read_geotiff, read_raster
 from planner import information as densities
@@ -52,15 +53,7 @@ def _density_of_raster(information: Raster, site: Site, workspace: Workspace) ->
     if information.georeferenced:
         raster = read_geotiff(information.raster, site.origin.point(), low, high)
     else:
-        assert information.cell_m is not None
-        raster = read_raster(
-            information.raster,
-            key=information.key,
-            cell_m=information.cell_m,
-            center_m=information.center_enu_m or (0.0, 0.0),
-            north_first=information.rows == "north-to-south",
-            anchor_at_peak=information.anchor == "peak",
-        ).clipped(low, high)
+        raster = placed_raster(information).clipped(low, high)
     name = information.raster.name
     if np.isnan(raster.values).any():
         raise ValueError(f"{name} holds NaN inside the box: write 0 where nothing is known")
@@ -69,3 +62,20 @@ def _density_of_raster(information: Raster, site: Site, workspace: Workspace) ->
     if not raster.values.any():
         raise ValueError(f"{name} is zero everywhere inside the box: is center_enu_m right?")
     return densities.raster(workspace, raster.values, raster.low_m, raster.cell_m)
+
+
+def placed_raster(information: Raster) -> rasters.Raster:
+    """All of a raster from a numpy file, where the mission puts it.
+
+    Raises:
+        ValueError: A file that cannot be used.
+    """
+    assert information.cell_m is not None
+    return read_raster(
+        information.raster,
+        key=information.key,
+        cell_m=information.cell_m,
+        center_m=information.center_enu_m or (0.0, 0.0),
+        north_first=information.rows == "north-to-south",
+        anchor_at_peak=information.anchor == "peak",
+    )

@@ -6,7 +6,7 @@ import dataclasses
 from collections.abc import Callable
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from mission.mission_file.site import Site
 from planner.information import DensityGrid
@@ -38,22 +38,28 @@ def spare_in(site: Site, obstacles: ObstacleField, keep_out_m: float) -> Spare:
 def reachable(density: DensityGrid, spare_m: Spare) -> DensityGrid:
     """The information where the vehicle can be; the rest is cut out.
 
-    Blocks of cells are decided by their middle where it has more to spare, or lacks more, than the block reaches; only
-    along the borders each cell is asked.
-
     Raises:
         ValueError: Nothing is left.
     """
-    shape, centers = density.mass.shape, density.centers_m()
+    mass = density.mass * roomy(density.centers_m(), spare_m)
+    if not mass.any():
+        raise ValueError("no information is left in the free space: obstacles or the fence cover all of it")
+    return dataclasses.replace(density, mass=mass)
+
+
+def roomy(centers_m: Float[np.ndarray, "nx ny nz 3"], spare_m: Spare) -> Bool[np.ndarray, "nx ny nz"]:
+    """Which places of a grid have something to spare.
+
+    Blocks of cells are decided by their middle where it has more to spare, or lacks more, than the block reaches; only
+    along the borders each cell is asked.
+    """
+    shape = centers_m.shape[:3]
     first = [np.arange(0, count, BLOCK_CELLS) for count in shape]
     last = [np.minimum(start + BLOCK_CELLS, count) - 1 for start, count in zip(first, shape, strict=True)]
-    low, high = centers[np.ix_(*first)], centers[np.ix_(*last)]
+    low, high = centers_m[np.ix_(*first)], centers_m[np.ix_(*last)]
     spare = spare_m(0.5 * (low + high).reshape(-1, 3)).reshape(low.shape[:3])
     reach = 0.5 * np.linalg.norm(high - low, axis=-1)
     of_cell = np.ix_(*(np.arange(count) // BLOCK_CELLS for count in shape))
     free, open_cells = (spare >= reach)[of_cell], (np.abs(spare) < reach)[of_cell]
-    free[open_cells] = spare_m(centers[open_cells]) >= 0.0
-    mass = density.mass * free
-    if not mass.any():
-        raise ValueError("no information is left in the free space: obstacles or the fence cover all of it")
-    return dataclasses.replace(density, mass=mass)
+    free[open_cells] = spare_m(centers_m[open_cells]) >= 0.0
+    return free

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-from mission.console import JsonOption, MissionArgument, SetOption, emit, refuse, show
+from mission.console import JsonOption, MissionArgument, SetOption, emit, refuse, say, show
 from mission.findings import InputError
 
 
 def check(mission_file: MissionArgument, overrides: SetOption = None, as_json: JsonOption = False) -> None:
     """Say everything that is wrong with a mission file at once, or print what it resolves to."""
+    from mission.cautions import cautions_about
     from mission.loading import mission_from_document, read_document
     from mission.resolved import resolved_entries
     from mission.site.endurance import endurance_budget
@@ -19,6 +20,9 @@ def check(mission_file: MissionArgument, overrides: SetOption = None, as_json: J
         raise refuse(error, as_json) from error
     entries = list(resolved_entries(mission, document))
     budget = endurance_budget(mission)
+    cautions = cautions_about(mission)
+    for caution in cautions:
+        say(f"! {caution}")
     if as_json:
         emit(
             {
@@ -28,6 +32,7 @@ def check(mission_file: MissionArgument, overrides: SetOption = None, as_json: J
                 ],
                 "flight_s": budget.needed_s,
                 "endurance_s": budget.endurance_s,
+                "warnings": cautions,
             }
         )
         return

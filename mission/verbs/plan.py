@@ -67,6 +67,7 @@ def plan(
 
 def _report(planned: Planned, files: list[Path]) -> None:
     """What came out, for the person."""
+    from mission.cautions import cautions_about, cautions_about_plan
     from planner.plan import Status
 
     found = planned.plan
@@ -95,7 +96,10 @@ def _report(planned: Planned, files: list[Path]) -> None:
         )
     if found.status is Status.STEP_LIMIT:
         say("it ran short of time: with a larger planner.time_limit_s the plan gets better")
-    say(f"solved in {planned.solve_s:.1f} s; wrote {', '.join(str(file) for file in files)}")
+    for caution in (*cautions_about(planned.mission), *cautions_about_plan(planned)):
+        say(f"! {caution}")
+    compiling = f", and {planned.compile_s:.0f} s of compiling" if planned.compile_s >= 0.5 else ""
+    say(f"solved in {planned.solve_s:.1f} s{compiling}; wrote {', '.join(str(file) for file in files)}")
 
 
 def _print_candidates(rows: list[RankedCandidate], selected: int | None) -> None:
