@@ -39,7 +39,6 @@ PUSHED_SUFFIX = ".json"
 TAKEN_SUFFIX = ".taken"
 ANSWER_SUFFIX = ".answer"
 _LOOKED_AT_S = 30.0
-_ROOT = "push"
 LARGEST_BYTES = 4_000_000
 """A push is data for one mission; more than this is a mistake."""
 
@@ -92,9 +91,7 @@ def read_push(source: str, text: str, mission: Mission, folder: Path) -> Push:
     try:
         push = TypeAdapter(Push).validate_python(data, context=context)
     except ValidationError as error:
-        found = findings_from(_ROOT, error.errors(include_url=False), Push)
-        stripped = [dataclasses.replace(one, path=one.path.removeprefix(f"{_ROOT}.")) for one in found]
-        raise InputError(source, stripped) from error
+        raise InputError(source, findings_from("", error.errors(include_url=False), Push)) from error
     if found := list(push.findings()):
         raise InputError(source, found)
     if push.information is not None:

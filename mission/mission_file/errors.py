@@ -206,10 +206,10 @@ def _advice(error: ErrorDetails, place: _Place) -> str:
 
 
 def findings_from(name: str, errors: list[ErrorDetails], whole: type[BaseModel]) -> Iterator[Finding]:
-    """Every error of the validation of one section.
+    """Every error of the validation of one section, or of a whole.
 
     Args:
-        name: Of the section.
+        name: Of the section; empty: the errors are of the whole itself.
         errors: What pydantic found, located relative to it.
         whole: The table that holds it.
     """
@@ -222,7 +222,7 @@ def findings_from(name: str, errors: list[ErrorDetails], whole: type[BaseModel])
             other[: len(error["loc"])] == error["loc"] != other for other in located
         ):
             continue
-        place = _place(whole, (name, *error["loc"]))
+        place = _place(whole, (name, *error["loc"]) if name else error["loc"])
         path, got = place.path, "" if error["type"] == "missing" else spelled(error["input"])
         if error["type"] in ("union_tag_invalid", "union_tag_not_found"):
             path, got = (*path, "kind"), spelled(error.get("ctx", {}).get("tag"))

@@ -1,15 +1,17 @@
 """What is pushed into a flight: read like a mission file, merged, answered."""
 
 import json
+import re
 import threading
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from mission.findings import InputError
 from mission.flying import intake as intake_module
-from mission.flying.intake import INBOX, LARGEST_BYTES, Intake, mixed, push_into, read_push, with_push
+from mission.flying.intake import INBOX, LARGEST_BYTES, Intake, Push, mixed, push_into, read_push, with_push
 from mission.loading import load
 from mission.site.problem import problem_from_mission
 from planner.information import DensityGrid
@@ -49,7 +51,10 @@ def test_a_geodetic_position_lands_where_it_belongs(mission, tmp_path):
     ("data", "words"),
     [
         ({}, "holds nothing"),
-        ({"obstacel": [SPHERE]}, "obstacel"),
+        ({"obstacel": [SPHERE]}, "obstacel: got [{ kind"),
+        ({"obstacel": [SPHERE]}, "did you mean obstacle"),
+        ({"foo": 1}, "known here are command, information, no_fly, obstacle, share"),
+        ({"obstacle": [{"kind": "sphere", "radius_m": 1.0}]}, "write center_enu_m = [250, 250, 50]"),
         ({"obstacle": [SPHERE | {"radius_m": -1.0}]}, "radius_m"),
         ({"obstacle": [SPHERE | {"radius_m": float("nan")}]}, "radius_m"),
         ({"obstacle": [{"kind": "sphere"}]}, "center_enu_m"),
@@ -63,6 +68,15 @@ def test_what_cannot_be_used_is_refused_with_what_to_mend(mission, tmp_path, dat
     with pytest.raises(InputError) as caught:
         read(mission, tmp_path, data)
     assert words in "; ".join(map(str, caught.value.findings))
+
+
+def test_the_examples_of_the_page_can_be_pushed(mission, tmp_path):
+    page = (Path(__file__).parents[2] / "docs" / "pushing.md").read_text(encoding="utf-8")
+    examples = re.findall(r"```json\n(.*?)```", page, re.DOTALL)
+    assert len(examples) == 4
+    for example in examples:
+        read_push("example", example, mission, tmp_path)
+    assert all(f"| `{entry}` |" in page for entry in Push.model_fields)
 
 
 def test_broken_json_is_refused(mission, tmp_path):
