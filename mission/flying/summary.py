@@ -37,7 +37,9 @@ def summarize(log: FlightLog, problem: Problem, options: Options, fastest_mps: f
     error = np.linalg.norm(position - log.target_m, axis=1)[_on_course(log)]
     error = error[np.isfinite(error)]
     clearance = clearance_m(log, problem)[flying]
-    steps = np.linalg.norm(np.diff(position[flying], axis=0), axis=1) if flying.sum() > 1 else np.array([0.0])
+    # Of a flight that was resumed neither the time on the ground between counts, nor where it was carried meanwhile.
+    in_flight = flying[:-1] & flying[1:]
+    steps = np.linalg.norm(np.diff(position, axis=0), axis=1)[in_flight]
     replans = log.of_kind("replan")
     refused: dict[str, int] = {}
     for replan in replans:
@@ -46,7 +48,7 @@ def summarize(log: FlightLog, problem: Problem, options: Options, fastest_mps: f
             refused[reason] = refused.get(reason, 0) + 1
     battery = log.battery_fraction[np.isfinite(log.battery_fraction)]
     return {
-        "flown_s": float(np.ptp(log.time_s[flying])) if flying.any() else 0.0,
+        "flown_s": float(np.diff(log.time_s)[in_flight].sum()),
         "explored_s": _explored_s(log),
         "length_m": float(steps.sum()),
         "min_clearance_m": None if problem.obstacles.is_empty or not len(clearance) else float(clearance.min()),

@@ -1,5 +1,6 @@
 """What is drawn from a flight's folder: summary, picture, recording, report."""
 
+import dataclasses
 import json
 import re
 import subprocess
@@ -142,3 +143,18 @@ def test_a_prism_is_drawn_with_all_its_walls_and_a_roof_of_its_own_area():
     roof = (vertices[triangles][:, :, 2] == 7.0).all(axis=1)
     assert areas[roof].sum() == pytest.approx(70.0)
     assert areas[~roof].sum() == pytest.approx(7.0 * 40.0)
+
+
+def test_the_time_on_the_ground_before_a_flight_is_resumed_is_not_flown(planned, tmp_path):
+    for armed_from_s in (0.0, 50.0):
+        recorder = Recorder(tmp_path, {})
+        if not armed_from_s:
+            recorder.course(0.0, planned.plan.best.trajectory, "plan")
+        for now in np.arange(0.0, armed_from_s + 10.5, 1.0):
+            there = state(now, (10.0 + armed_from_s + now, 10.0, 30.0), (1.0, 0.0, 0.0))
+            there = dataclasses.replace(there, armed=bool(now >= armed_from_s))
+            recorder.telemetry(now, there, "exploring" if there.armed else "checking the vehicle", None)
+        recorder.close()
+    summary = summarize(read_flight_log(tmp_path), planned.problem, planned.options, FASTEST_MPS)
+    assert summary["flown_s"] == pytest.approx(20.0)
+    assert summary["length_m"] == pytest.approx(20.0)
