@@ -22,6 +22,9 @@ from planner.plan import Candidate
 if TYPE_CHECKING:
     from mission.planning import Planned
 
+MOST_COMPARED = 48
+"""Candidates that are compared with lawnmowers: for hundreds that takes minutes, and nobody flies the last of them."""
+
 
 @dataclasses.dataclass(frozen=True)
 class RankedCandidate:
@@ -31,7 +34,8 @@ class RankedCandidate:
         rank: From one, best first.
         index: Its place in the set.
         candidate: What was found and measured.
-        lawnmower_ergodic_metric: E of the best lawnmower of its own length; NaN where the candidate has no length.
+        lawnmower_ergodic_metric: E of the best lawnmower of its own length; NaN where the candidate has no length or is
+            not among the best `MOST_COMPARED`.
         distance_to_selected_m: Mean over time; zero for the selected itself, NaN where none was selected.
     """
 
@@ -56,7 +60,7 @@ class RankedCandidate:
 
 
 def ranked_candidates(planned: Planned) -> list[RankedCandidate]:
-    """Every candidate, best first. A lawnmower is fitted to each, which takes some tenths of a second."""
+    """Every candidate, best first. A lawnmower is fitted to the best, which takes some tenths of a second each."""
     plan, problem = planned.plan, planned.problem
     judge = Judge(problem, planned.options)
     chosen = None if plan.selected is None else at_middles(plan.best.trajectory).position_m
@@ -68,7 +72,7 @@ def ranked_candidates(planned: Planned) -> list[RankedCandidate]:
     for rank, index in enumerate(order, start=1):
         candidate = plan.candidates[index]
         baseline, length_m = math.nan, candidate.report.length_m
-        if math.isfinite(length_m) and length_m > 0.0:
+        if rank <= MOST_COMPARED and math.isfinite(length_m) and length_m > 0.0:
             baseline, _ = best_lawnmower(problem, judge.ergodic_metric, length_m)
         distance_m = math.nan
         if chosen is not None:

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Iterable
+from collections.abc import Sequence
 
-from mission.exports.geojson import lon_lat_alt
+from mission.exports.geojson import lon_lat_alt, others_of
 from mission.plan_file import PlanFile, Vector
 from sim_bridge.state import GeodeticPoint
 
@@ -15,8 +15,8 @@ STYLES = {"path": ("ff0066ff", "4"), "candidate": ("80999999", "1"), "fence": ("
 """Colour (alpha, blue, green, red) and width of each kind of line."""
 
 
-def _coordinates(positions: Iterable[Vector], origin: GeodeticPoint) -> str:
-    return " ".join(",".join(f"{number:.10g}" for number in lon_lat_alt(p, origin)) for p in positions)
+def _coordinates(positions: Sequence[Vector], origin: GeodeticPoint) -> str:
+    return " ".join(",".join(f"{number:.10g}" for number in place) for place in lon_lat_alt(positions, origin))
 
 
 def _placemark(parent: ET.Element, name: str, description: str, style: str | None) -> ET.Element:
@@ -35,7 +35,7 @@ def _geometry(placemark: ET.Element, kind: str, coordinates: str) -> None:
 
 
 def keyhole_markup(plan: PlanFile) -> str:
-    """The selected path, the other candidates, start, end, home and the fence."""
+    """The selected path, the best other candidates, start, end, home and the fence."""
     origin = plan.origin.point()
     root = ET.Element("kml", xmlns=NAMESPACE)
     document = ET.SubElement(root, "Document")
@@ -53,13 +53,15 @@ def keyhole_markup(plan: PlanFile) -> str:
     floor_m = plan.limits.box_min_enu_m[2]
     corners = [(east, north, floor_m) for east, north in [*plan.flight.fence_enu_m, plan.flight.fence_enu_m[0]]]
     _geometry(_placemark(document, "Fence", "", "fence"), "LineString", _coordinates(corners, origin))
+    shown, all_others = others_of(plan), len(plan.candidates) - 1
     others = ET.SubElement(document, "Folder")
-    ET.SubElement(others, "name").text = "Other candidates"
+    best = "" if len(shown) == all_others else f" (the best {len(shown)} of {all_others})"
+    ET.SubElement(others, "name").text = f"Other candidates{best}"
     ET.SubElement(others, "visibility").text = "0"
-    for index, candidate in enumerate(plan.candidates):
-        if index != plan.selected:
-            said = f"from {candidate.seed_pattern}, ergodic metric {candidate.ergodic_metric:.4g}"
-            placemark = _placemark(others, f"Candidate {index}", said, "candidate")
-            _geometry(placemark, "LineString", _coordinates(candidate.position_enu_m, origin))
+    for index, candidate in shown:
+        metric = "not finite" if candidate.ergodic_metric is None else f"{candidate.ergodic_metric:.4g}"
+        said = f"from {candidate.seed_pattern}, ergodic metric {metric}"
+        placemark = _placemark(others, f"Candidate {index}", said, "candidate")
+        _geometry(placemark, "LineString", _coordinates(candidate.position_enu_m, origin))
     ET.indent(root)
     return '<?xml version="1.0" encoding="UTF-8"?>\n' + ET.tostring(root, encoding="unicode") + "\n"

@@ -5,10 +5,8 @@ from __future__ import annotations
 import csv
 import io
 
-import numpy as np
-import pymap3d
-
 from mission.plan_file import PlanFile
+from sim_bridge.frames import geodetics_from_enu
 
 COLUMNS = (
     "time_s",
@@ -31,16 +29,14 @@ COLUMNS = (
 def sample_table(plan: PlanFile) -> str:
     """A row a sample, with a heading that names units and axes."""
     origin, flown = plan.origin, plan.trajectory
-    # Tens of thousands of rows: all at once what `sim_bridge.frames.geodetic_from_enu` does for one.
-    east, north, up = np.array(flown.position_enu_m).T.copy()
-    places = pymap3d.enu2geodetic(east, north, up, origin.latitude_deg, origin.longitude_deg, origin.altitude_amsl_m)
+    places = geodetics_from_enu(flown.position_enu_m, origin.point())
     text = io.StringIO()
     rows = csv.writer(text, lineterminator="\n")
     rows.writerow(COLUMNS)
-    for time, position, latitude, longitude, altitude, velocity, acceleration, yaw in zip(
+    for time, position, place, velocity, acceleration, yaw in zip(
         flown.time_s,
         flown.position_enu_m,
-        *places,
+        places,
         flown.velocity_enu_mps,
         flown.acceleration_enu_mps2,
         flown.yaw_enu_rad,
@@ -50,9 +46,9 @@ def sample_table(plan: PlanFile) -> str:
             [
                 f"{time:.4f}",
                 *(f"{axis:.4f}" for axis in position),
-                f"{latitude:.9f}",
-                f"{longitude:.9f}",
-                f"{altitude:.4f}",
+                f"{place.latitude_deg:.9f}",
+                f"{place.longitude_deg:.9f}",
+                f"{place.altitude_amsl_m:.4f}",
                 *(f"{axis:.4f}" for axis in (*velocity, *acceleration)),
                 f"{yaw:.5f}",
             ]

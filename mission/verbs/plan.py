@@ -50,7 +50,9 @@ def plan(
     if show_candidates:
         from mission.candidates import ranked_candidates
 
+        say(f"comparing {len(planned.plan.candidates)} candidates …")
         rows = ranked_candidates(planned)
+    say("writing and drawing …")
     try:
         files = write_outputs(planned, folder, rows)
     except OSError as error:

@@ -37,6 +37,14 @@ def test_each_candidate_is_compared_with_a_lawnmower_of_its_own_length(rows):
         assert row.over_lawnmower == pytest.approx(expected)
 
 
+def test_only_the_best_of_hundreds_are_compared_with_lawnmowers(planned, monkeypatch):
+    monkeypatch.setattr("mission.candidates.MOST_COMPARED", 1)
+    first, second = ranked_candidates(planned)
+    assert math.isfinite(first.over_lawnmower)
+    assert math.isnan(second.over_lawnmower)
+    assert candidates_as_json([first, second])[0]["lawnmower_ergodic_metric"] is None
+
+
 def test_the_verdict_names_what_is_broken_most(rows):
     assert rows[0].verdict == "passed"
     assert rows[1].verdict in [violation.text for violation in rows[1].candidate.report.violations]

@@ -213,3 +213,21 @@ def test_the_kml_path_is_absolute_with_longitude_first(plan_file):
 @pytest.mark.parametrize("format", Format)
 def test_an_export_is_the_same_whenever_it_is_made(format, plan_file):
     assert exported(plan_file, format) == exported(plan_file.model_copy(deep=True), format)
+
+
+def test_of_hundreds_of_candidates_maps_hold_the_best_and_say_so(plan_file):
+    ranked = [
+        candidate.model_copy(update={"cost": 1.0 + k}) for k, candidate in enumerate(plan_file.candidates[1:] * 99)
+    ]
+    refused = plan_file.candidates[0].model_copy(update={"ergodic_metric": None, "cost": None})
+    many = plan_file.model_copy(update={"candidates": [refused, *reversed(ranked)], "selected": 99})
+    features = json.loads(exported(many, Format.GEOJSON))["features"]
+    assert features[0]["properties"]["candidates"] == 100
+    numbers = [f["properties"]["number"] for f in features if f["properties"]["role"] == "candidate"]
+    # The cheapest come last in this set; the refused one does not.
+    assert numbers == list(range(51, 99))
+    markup = exported(many, Format.KML)
+    assert "Other candidates (the best 48 of 99)" in markup
+    assert markup.count("<name>Candidate ") == 48
+    few = plan_file.model_copy(update={"candidates": [refused, plan_file.candidates[1]]})
+    assert "ergodic metric not finite" in exported(few, Format.KML)

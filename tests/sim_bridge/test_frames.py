@@ -14,6 +14,7 @@ from sim_bridge.frames import (
     enu_from_ned,
     geodetic_from_enu,
     geodetic_from_local_ned,
+    geodetics_from_enu,
     local_ned_from_geodetic,
     ned_from_enu,
     yaw_ned_from_enu,
@@ -76,3 +77,13 @@ def test_swapping_axes_twice_changes_nothing() -> None:
 @pytest.mark.parametrize(("yaw_enu", "yaw_ned"), [(0.0, 90.0), (90.0, 0.0), (180.0, -90.0), (-90.0, 180.0)])
 def test_east_is_ninety_degrees_on_a_compass(yaw_enu: float, yaw_ned: float) -> None:
     assert math.degrees(yaw_ned_from_enu(math.radians(yaw_enu))) == pytest.approx(yaw_ned)
+
+
+def test_many_positions_at_once_are_where_each_is_alone() -> None:
+    rows = [(0.0, 0.0, 0.0), (1500.0, -800.0, 60.0), (-3.0, 4.0, -5.0)]
+    assert geodetics_from_enu([], ORIGIN) == []
+    for together, row in zip(geodetics_from_enu(rows, ORIGIN), rows, strict=True):
+        alone = geodetic_from_enu(row, ORIGIN)
+        assert together.latitude_deg == pytest.approx(alone.latitude_deg, abs=1e-12)
+        assert together.longitude_deg == pytest.approx(alone.longitude_deg, abs=1e-12)
+        assert together.altitude_amsl_m == pytest.approx(alone.altitude_amsl_m, abs=1e-6)
