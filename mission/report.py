@@ -160,7 +160,8 @@ def _replans(log: FlightLog) -> str:
 
 
 def _events(log: FlightLog) -> str:
-    shown = [event for event in log.events if event["kind"] in _SHOWN]
+    # Answers are written when they arrive, with the time they are about.
+    shown = sorted((event for event in log.events if event["kind"] in _SHOWN), key=lambda event: event["t"])
     rows = [(f"{event['t']:.1f}", words_of(event)) for event in shown[:_MOST_EVENTS]]
     warnings = {index for index, event in enumerate(shown) if event.get("warning")}
     more = f'<p class="soft">… and {len(shown) - _MOST_EVENTS} more in the log</p>' if len(shown) > _MOST_EVENTS else ""

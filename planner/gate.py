@@ -71,8 +71,8 @@ class ViolationKind(enum.Enum):
 _UNITS = {
     ViolationKind.ACCELERATION: "m/s²",
     ViolationKind.JERK: "m/s³",
-    ViolationKind.TURN_RATE: "rad/s",
-    ViolationKind.YAW_RATE: "rad/s",
+    ViolationKind.TURN_RATE: "deg/s",
+    ViolationKind.YAW_RATE: "deg/s",
     ViolationKind.LENGTH: "m",
 }
 
@@ -252,7 +252,9 @@ def inspect(trajectory: Trajectory, problem: Problem) -> GateReport:
     for kind, (measured, limit, parameter) in greatest.items():
         if not measured <= limit * (1.0 + RELATIVE_TOLERANCE):
             unit = _UNITS.get(kind, "m/s")
-            found.add(kind, measured, limit, parameter, f"{kind.value} {{measured:.4g}} {unit}, limit {{limit:.4g}}")
+            # As the mission file has them.
+            shown, most = (math.degrees(x) if unit == "deg/s" else x for x in (measured, limit))
+            found.add(kind, measured, limit, parameter, f"{kind.value} {shown:.4g} {unit}, limit {most:.4g}")
 
     _inspect_ends(found, problem)
     return GateReport(

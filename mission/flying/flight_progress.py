@@ -42,7 +42,7 @@ class Progress:
         if self.battery_fraction is not None:
             parts.append(f"battery {self.battery_fraction:.0%}")
         if self.replans_taken:
-            parts.append(f"{self.replans_taken} replans")
+            parts.append(f"{self.replans_taken} replan{'s' if self.replans_taken > 1 else ''}")
         return " · ".join(parts)
 
 

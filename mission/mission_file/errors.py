@@ -149,6 +149,10 @@ def _did_you_mean(got: object, choices: str) -> str:
     return f": did you mean '{near[0]}'?" if near else ""
 
 
+def _bound(value: float) -> str:
+    return f"{value:,}" if isinstance(value, int) else f"{value:g}"
+
+
 def _advice(error: ErrorDetails, place: _Place) -> str:
     """What to write instead."""
     key = place.key
@@ -175,13 +179,13 @@ def _advice(error: ErrorDetails, place: _Place) -> str:
         case "finite_number":
             return f"must be a finite number{in_unit}"
         case "greater_than":
-            return f"must be greater than {context['gt']:g}{in_unit}"
+            return f"must be greater than {_bound(context['gt'])}{in_unit}"
         case "greater_than_equal":
-            return f"must be at least {context['ge']:g}{in_unit}"
+            return f"must be at least {_bound(context['ge'])}{in_unit}"
         case "less_than":
-            return f"must be less than {context['lt']:g}{in_unit}"
+            return f"must be less than {_bound(context['lt'])}{in_unit}"
         case "less_than_equal":
-            return f"must be at most {context['le']:g}{in_unit}"
+            return f"must be at most {_bound(context['le'])}{in_unit}"
         case "literal_error":
             choices = str(context["expected"])
             return f"must be {choices}" + _did_you_mean(error["input"], choices)

@@ -137,6 +137,8 @@ def _path_from_file(value: object, info: ValidationInfo) -> object:
     context = _context(info)
     folder = Path.cwd() if isinstance(value, CommandLineText) else context.folder
     path = (folder / Path(value).expanduser()).resolve()
+    if path.is_dir():
+        raise PydanticCustomError("file", "{path} is a folder, and a file is needed", {"path": str(path)})
     if not path.is_file():
         raise PydanticCustomError(
             "file",

@@ -75,6 +75,10 @@ def _rows_of(path: Path, origin: GeodeticPoint) -> Float[np.ndarray, "row 4"]:
                 )
             rows = []
             for row in reader:
+                if None in row or None in row.values():
+                    raise ValueError(
+                        f"{path.name}, line {reader.line_num}: it has not as many entries as the first line"
+                    )
                 try:
                     numbers = [float(row[name]) for name in columns]
                     weight = float(row["weight"]) if row.get("weight") not in (None, "") else 1.0

@@ -73,7 +73,9 @@ def read_array(path: Path, key: str | None = None) -> np.ndarray:
         else:
             array = np.load(path, allow_pickle=False, mmap_mode="r")
     except (OSError, EOFError, zipfile.BadZipFile, ValueError) as error:
-        raise ValueError(f"{path.name} cannot be read as a numpy file: {error}") from error
+        # What numpy advises of a file that is none of its own, or holds objects, nobody should do.
+        why = "it is none, or holds objects instead of numbers" if "pickle" in str(error) else error
+        raise ValueError(f"{path.name} cannot be read as a numpy file: {why}") from error
     if array.dtype.kind not in "biuf":
         raise ValueError(f"{path.name} holds {array.dtype}, and numbers are needed")
     return array

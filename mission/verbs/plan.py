@@ -83,7 +83,7 @@ def _report(planned: Planned, files: list[Path]) -> None:
         clearance = best.report.min_clearance_m
         near = f"clearance {clearance:.2f} m (margin {planned.problem.clearance_margin_m:g})"
         say(
-            f"candidate {found.selected} of {len(found.candidates)} ({feasible} passed the gate), grown from "
+            f"candidate {found.selected} of 0 … {len(found.candidates) - 1} ({feasible} passed the gate), grown from "
             f"{best.seed_pattern}: ergodic metric {best.ergodic_metric:.4g}, a lawnmower of its length "
             f"{found.lawnmower_ergodic_metric:.4g}"
         )

@@ -42,6 +42,8 @@ OVERRIDES = {
     "negative radius": ("obstacle.0.radius_m=-2", "obstacle.0.radius_m", "at least 0.001, in metres"),
     "negative speed": ("vehicle.max_speed_mps=-8", "vehicle.max_speed_mps", "at least 0.01, in m/s"),
     "stream too slow for PX4": ("flight.stream_rate_hz=1", "flight.stream_rate_hz", "at least 4"),
+    "seed beyond the last": ("planner.seed=99999999999", "planner.seed", "at most 2,147,483,647"),
+    "folder instead of a file": ("information={kind='raster', raster='/', cell_m=1}", "information.raster", "a folder"),
     "no candidates": ("planner.candidates=0", "planner.candidates", "at least 1"),
     "modes that measure nothing": ("planner.modes=[1, 1, 1]", "planner.modes", "[8, 8, 4]"),
     "too many modes": ("planner.modes=[200, 200, 200]", "planner.modes", "fewer"),
@@ -212,6 +214,12 @@ def test_a_bad_raster_is_refused(fault, sound, tmp_path):
     assert any(path.startswith("information.") and words in advice for path, advice in found.items())
 
 
+def test_a_file_that_is_no_array_is_refused_without_advice_to_trust_it(sound, tmp_path):
+    (tmp_path / "map.npy").write_text("hello")
+    found = refused([sound, "--set", f"information={{kind='raster', raster='{tmp_path / 'map.npy'}', cell_m=9}}"])
+    assert found["information.raster"].endswith("it is none, or holds objects instead of numbers")
+
+
 @pytest.mark.parametrize("fault", GEOJSONS)
 def test_bad_buildings_are_refused(fault, sound, tmp_path):
     document, words = GEOJSONS[fault]
@@ -228,6 +236,8 @@ def test_bad_buildings_are_refused(fault, sound, tmp_path):
     [
         ("east_m,north_m\n1,2\n", "it needs east_m, north_m, up_m"),
         ("east_m,north_m,up_m\n1,2,x\n", "line 2"),
+        ("east_m,north_m,up_m,weight\n1,2\n", "line 2: it has not as many entries"),
+        ("east_m,north_m,up_m\n1,2,30,4\n", "line 2: it has not as many entries"),
         ("east_m,north_m,up_m\n", "no positions"),
         ("east_m,north_m,up_m,weight\n1,2,30,-1\n", "negative"),
         ("east_m,north_m,up_m\n-1,2,30\n", "lies in the box"),

@@ -176,7 +176,7 @@ def test_the_gate_proves_the_rate_of_the_heading_at_its_exact_extreme() -> None:
     assert ViolationKind.YAW_RATE not in {violation.kind for violation in kept.violations}
     limits = dataclasses.replace(problem.limits, max_yaw_rate_radps=0.9999 * float(sampled))
     broken = {one.kind: one for one in inspect(wild, dataclasses.replace(problem, limits=limits)).violations}
-    assert "rad/s" in broken[ViolationKind.YAW_RATE].text
+    assert "deg/s" in broken[ViolationKind.YAW_RATE].text
     assert inspect(dataclasses.replace(wild, heading_control_rad=None), problem).max_yaw_rate_radps is None
 
 
