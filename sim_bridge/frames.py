@@ -51,12 +51,8 @@ def geodetics_from_enu(positions_enu_m: Sequence[Vector], origin: GeodeticPoint)
     """The same for many positions at once, in a thousandth of the time."""
     if not len(positions_enu_m):
         return []
-    places = pymap3d.enu2geodetic(
-        *np.array(positions_enu_m, dtype=float).T.copy(),
-        origin.latitude_deg,
-        origin.longitude_deg,
-        origin.altitude_amsl_m,
-    )
+    east, north, up = np.array(positions_enu_m, dtype=float).T.copy()
+    places = pymap3d.enu2geodetic(east, north, up, origin.latitude_deg, origin.longitude_deg, origin.altitude_amsl_m)
     return [GeodeticPoint(*place) for place in np.stack(places, axis=1).tolist()]
 
 

@@ -149,7 +149,7 @@ def test_the_time_on_the_ground_before_a_flight_is_resumed_is_not_flown(planned,
     for armed_from_s in (0.0, 50.0):
         recorder = Recorder(tmp_path, {})
         if not armed_from_s:
-            recorder.course(0.0, planned.plan.best.trajectory, "plan")
+            recorder.course(0.0, recorder.keep(planned.plan.best.trajectory).result(), "plan")
         for now in np.arange(0.0, armed_from_s + 10.5, 1.0):
             there = state(now, (10.0 + armed_from_s + now, 10.0, 30.0), (1.0, 0.0, 0.0))
             there = dataclasses.replace(there, armed=bool(now >= armed_from_s))
