@@ -147,7 +147,7 @@ def test_a_prism_is_drawn_with_all_its_walls_and_a_roof_of_its_own_area():
 
 def test_the_time_on_the_ground_before_a_flight_is_resumed_is_not_flown(planned, tmp_path):
     for armed_from_s in (0.0, 50.0):
-        recorder = Recorder(tmp_path, {})
+        recorder = Recorder(tmp_path, {}, goes_on=armed_from_s > 0.0)
         if not armed_from_s:
             recorder.course(0.0, recorder.keep(planned.plan.best.trajectory).result(), "plan")
         for now in np.arange(0.0, armed_from_s + 10.5, 1.0):
