@@ -166,8 +166,8 @@ class PlannedMetric(Record):
     heading: Literal["travel", "explored"] = "travel"
     """Whether headings were explored with the places: then the figures are of both together."""
     ergodic_metric: float
-    lawnmower_ergodic_metric: float
-    """The best lawnmower of the same length over the same free space."""
+    lawnmower_ergodic_metric: float | None
+    """The best lawnmower of the same length over the same free space; null where it is not known."""
     probability_found: float | None = None
     """Of a search, that the path finds what it looks for; null: there is nothing to find."""
     lawnmower_probability_found: float | None = None

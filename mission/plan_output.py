@@ -31,8 +31,8 @@ from mission.plan_file import (
 from mission.site.fence import autopilot_fence, planned_fence
 from mission.site.reachable import spare_in
 from mission.waypoints import waypoints_along
+from planner.gate import ProvenTrajectory
 from planner.plan import Candidate
-from planner.trajectory import Trajectory
 from planner.yaw import headings
 from sim_bridge.frames import geodetic_from_enu
 
@@ -59,7 +59,7 @@ def plan_file_of(planned: Planned) -> PlanFile:
     mission, problem, plan = planned.mission, planned.problem, planned.plan
     best, selected = plan.best, plan.selected
     assert selected is not None
-    curve = best.trajectory
+    curve = best.proven
     samples = curve.sampled_every(1.0 / mission.flight.stream_rate_hz)
     yaw = headings(
         samples.time_s,
@@ -96,7 +96,7 @@ def plan_file_of(planned: Planned) -> PlanFile:
             modes=planned.options.modes,
             heading=planned.options.heading.value,
             ergodic_metric=best.ergodic_metric,
-            lawnmower_ergodic_metric=plan.lawnmower_ergodic_metric,
+            lawnmower_ergodic_metric=finite(plan.lawnmower_ergodic_metric),
             probability_found=best.probability_found,
             lawnmower_probability_found=plan.lawnmower_probability_found,
         ),
@@ -117,7 +117,7 @@ def plan_file_of(planned: Planned) -> PlanFile:
     )
 
 
-def _waypoints(planned: Planned, curve: Trajectory) -> list[PlannedWaypoint]:
+def _waypoints(planned: Planned, curve: ProvenTrajectory) -> list[PlannedWaypoint]:
     origin = planned.mission.site.origin.point()
     tolerance_m = WAYPOINT_TOLERANCE * float(planned.problem.workspace.lengths_m[:2].max())
     found = []

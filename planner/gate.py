@@ -10,9 +10,8 @@ curve: `planner.yaw` turns it no faster than `Limits.max_yaw_rate_radps` allows.
 from __future__ import annotations
 
 import dataclasses
-import enum
 import math
-from typing import NoReturn
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -29,6 +28,7 @@ from planner.curve_bounds import (
     maximum,
     squared_norm,
 )
+from planner.gate_report import GateReport, Violation, ViolationKind
 from planner.polygon import FAR_M, KeepIn
 from planner.problem import Problem
 from planner.trajectory import Trajectory
@@ -48,26 +48,6 @@ LENGTH_RESOLUTION = 1e-5
 """By what share the length reported, which is proven too, may be too great."""
 
 
-class ViolationKind(enum.Enum):
-    """What a curve can break."""
-
-    DIVERGED = "diverged"
-    CLEARANCE = "clearance"
-    BOX = "box"
-    FENCE = "fence"
-    SPEED = "speed"
-    CLIMB = "climb"
-    DESCENT = "descent"
-    ACCELERATION = "acceleration"
-    JERK = "jerk"
-    TURN_RATE = "turn rate"
-    YAW_RATE = "yaw rate"
-    LENGTH = "length"
-    START = "start"
-    END = "end"
-    DURATION = "duration"
-
-
 _UNITS = {
     ViolationKind.ACCELERATION: "m/s²",
     ViolationKind.JERK: "m/s³",
@@ -75,63 +55,6 @@ _UNITS = {
     ViolationKind.YAW_RATE: "deg/s",
     ViolationKind.LENGTH: "m",
 }
-
-
-@dataclasses.dataclass(frozen=True)
-class Violation:
-    """One broken condition, at its worst moment.
-
-    Attributes:
-        kind: Which condition.
-        measured: What the curve does.
-        limit: What it may do, in the same unit.
-        time_s: When.
-        position_m: Where, shape (3,).
-        text: The same as a sentence.
-    """
-
-    kind: ViolationKind
-    measured: float
-    limit: float
-    time_s: float
-    position_m: Float[np.ndarray, "3"]
-    text: str
-
-
-@dataclasses.dataclass(frozen=True)
-class GateReport:
-    """What was measured on a curve.
-
-    Attributes:
-        violations: Every broken condition; none: it may be flown.
-        min_clearance_m: Proven least distance from the vehicle's hull to an obstacle; infinite where there is none.
-        max_speed_mps: Greatest speed.
-        max_climb_mps: Greatest upward velocity.
-        max_descent_mps: Greatest downward velocity.
-        max_acceleration_mps2: Greatest acceleration.
-        max_jerk_mps3: Greatest jerk.
-        max_turn_rate_radps: Greatest rate at which the horizontal velocity turns; None where the problem has no limit.
-        length_m: Length of the path, by no more than `LENGTH_RESOLUTION` too great.
-        duration_s: Time from its first to its last point.
-        max_yaw_rate_radps: Greatest rate of the heading that is planned with the path; None where there is none.
-    """
-
-    violations: tuple[Violation, ...]
-    min_clearance_m: float
-    max_speed_mps: float
-    max_climb_mps: float
-    max_descent_mps: float
-    max_acceleration_mps2: float
-    max_jerk_mps3: float
-    max_turn_rate_radps: float | None
-    length_m: float
-    duration_s: float
-    max_yaw_rate_radps: float | None = None
-
-    @property
-    def passed(self) -> bool:
-        """Whether the curve may be flown."""
-        return not self.violations
 
 
 class GateRefused(ValueError):
@@ -146,23 +69,29 @@ class GateRefused(ValueError):
         super().__init__("this path must not be flown: " + "; ".join(v.text for v in report.violations))
 
 
-class ProvenTrajectory:
-    """A curve that passed the gate, with the report; only `prove` makes one, and it cannot be changed.
+@dataclasses.dataclass(frozen=True, init=False, eq=False)
+class ProvenTrajectory(Trajectory):
+    """A curve that passed the gate, with the report: only `prove` makes one, and it cannot be changed.
+
+    Whatever is flown, streamed, or written as the path to fly takes this type; a curve that is made of one (its rest,
+    the same more slowly) is a `Trajectory` again.
 
     Attributes:
-        trajectory: The curve.
         report: What was measured on it.
     """
 
-    __slots__ = ("report", "trajectory")
-    trajectory: Trajectory
     report: GateReport
 
-    def __init__(self) -> None:
-        raise TypeError("a proven trajectory comes from planner.gate.prove, which proves it")
+    def __init__(self, *_: object, **__: object) -> None:
+        raise TypeError("a proven trajectory comes from planner.gate.prove, which proves it: prove the new one")
 
-    def __setattr__(self, name: str, value: object) -> NoReturn:
-        raise AttributeError(f"{name} of a proven trajectory cannot be changed: prove the new one")
+    def __reduce__(self) -> tuple[Any, ...]:
+        # Between processes too it is made here, and cannot be changed on the other side.
+        return _proven, (_plain(self, self.start_s), self.report)
+
+    def starting_at(self, start_s: float) -> ProvenTrajectory:
+        """The same curve at another time: no condition depends on when it begins."""
+        return _proven(_plain(self, start_s), self.report)
 
 
 def prove(trajectory: Trajectory, problem: Problem) -> ProvenTrajectory:
@@ -178,18 +107,32 @@ def prove(trajectory: Trajectory, problem: Problem) -> ProvenTrajectory:
     Raises:
         GateRefused: It breaks a condition.
     """
-    points = trajectory.control_points_m.copy()
-    points.setflags(write=False)
-    heading = None if trajectory.heading_control_rad is None else trajectory.heading_control_rad.copy()
-    if heading is not None:
-        heading.setflags(write=False)
-    own = dataclasses.replace(trajectory, control_points_m=points, heading_control_rad=heading)
+    # What is measured is what is kept, whatever the caller does to its arrays meanwhile.
+    own = _plain(trajectory, trajectory.start_s)
     report = inspect(own, problem)
     if not report.passed:
         raise GateRefused(report)
+    return _proven(own, report)
+
+
+def _plain(trajectory: Trajectory, start_s: float) -> Trajectory:
+    """A curve of its own arrays, without a proof."""
+    heading = trajectory.heading_control_rad
+    return Trajectory(
+        trajectory.control_points_m.copy(),
+        trajectory.knot_interval_s,
+        start_s,
+        None if heading is None else heading.copy(),
+    )
+
+
+def _proven(own: Trajectory, report: GateReport) -> ProvenTrajectory:
+    """Seal a curve that passed."""
     proven = object.__new__(ProvenTrajectory)
-    object.__setattr__(proven, "trajectory", own)
-    object.__setattr__(proven, "report", report)
+    for name, value in {**vars(own), "report": report}.items():
+        if isinstance(value, np.ndarray):
+            value.setflags(write=False)
+        object.__setattr__(proven, name, value)
     return proven
 
 

@@ -74,7 +74,12 @@ class Judge:
         return self.ergodic_metric(position_m, heading_rad) if found is None else 1.0 - found
 
     def candidate(self, trajectory: Trajectory, seed_pattern: str) -> Candidate:
-        """The curve with its metric, its cost and the gate's report."""
+        """The curve with its metric, its cost, and its proof or why there is none."""
+        refusal = None
+        try:
+            trajectory = gate.prove(trajectory, self._problem)
+        except gate.GateRefused as refused:
+            refusal = refused.report
         samples = at_middles(trajectory)
         metric = self.ergodic_metric(samples.position_m, trajectory.headings_at(samples.time_s))
         effort = float(
@@ -86,7 +91,7 @@ class Judge:
             seed_pattern=seed_pattern,
             cost=(metric if found is None else 1.0 - found) + SMOOTHNESS_WEIGHT * effort,
             ergodic_metric=metric,
-            report=gate.inspect(trajectory, self._problem),
+            refusal=refusal,
             probability_found=found,
         )
 

@@ -8,14 +8,16 @@ import enum
 import numpy as np
 
 from planner.diversity import Diversity
-from planner.gate import GateReport
+from planner.gate import ProvenTrajectory
+from planner.gate_report import GateReport
 from planner.trajectory import Trajectory
 
 
 class Status(enum.Enum):
-    """How a solve ended; only the first two leave something to fly."""
+    """How a solve ended; only the first three leave something to fly."""
 
     CONVERGED = "converged"
+    KEPT = "an earlier path goes on: nothing was solved"
     STEP_LIMIT = "step limit reached"
     INFEASIBLE = "no candidate passed the gate"
     DIVERGED = "every candidate became non-finite"
@@ -23,23 +25,30 @@ class Status(enum.Enum):
 
 @dataclasses.dataclass(frozen=True)
 class Candidate:
-    """One path of the set.
+    """One path of the set: proven, or refused.
 
     Attributes:
         trajectory: The curve, local ENU.
         seed_pattern: What the candidate grew from ("lawnmower", "random", …).
         cost: L of the likelihood exp(−λL), by which candidates are ranked.
         ergodic_metric: The metric of the whole flight with this path.
-        report: What the gate measured and which limits are broken.
+        refusal: Why the gate refused the curve; None: the curve is proven.
         probability_found: Of a search, that this path finds what it looks for; None: there is nothing to find.
+
+    Raises:
+        ValueError: Neither a proof nor a refusal, or both.
     """
 
     trajectory: Trajectory
     seed_pattern: str
     cost: float
     ergodic_metric: float
-    report: GateReport
+    refusal: GateReport | None = None
     probability_found: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.feasible != (self.refusal is None) or (self.refusal is not None and self.refusal.passed):
+            raise ValueError("a candidate is a proven trajectory, or any other with the report that refuses it")
 
     @property
     def objective(self) -> float:
@@ -49,7 +58,26 @@ class Candidate:
     @property
     def feasible(self) -> bool:
         """Whether the gate passed it."""
-        return self.report.passed
+        return isinstance(self.trajectory, ProvenTrajectory)
+
+    @property
+    def proven(self) -> ProvenTrajectory:
+        """The curve as something that may be flown.
+
+        Raises:
+            ValueError: The gate refused it.
+        """
+        if not isinstance(self.trajectory, ProvenTrajectory):
+            raise ValueError(f"the gate refused this candidate: {self.report.violations[0].text}")
+        return self.trajectory
+
+    @property
+    def report(self) -> GateReport:
+        """What the gate measured and which limits are broken."""
+        if isinstance(self.trajectory, ProvenTrajectory):
+            return self.trajectory.report
+        assert self.refusal is not None, "what is not proven was refused"
+        return self.refusal
 
 
 @dataclasses.dataclass(frozen=True)
@@ -61,11 +89,15 @@ class Plan:
         candidates: In the order of the seeds.
         selected: Index of the path to fly; None where no candidate passed the gate.
         lawnmower_ergodic_metric: The baseline: the best lawnmower of the selected path's length over the same free
-            space. NaN for a replan, which is compared with staying on the course.
+            space. NaN where it is not known: for a replan, which is compared with staying on the course, and for an
+            earlier path that goes on.
         diversity: How different those are that passed the gate; where none did, all.
         steps: Optimisation steps taken.
         lawnmower_probability_found: Of a search, what the best lawnmower of that length finds; None for a replan, and
             where there is nothing to find.
+
+    Raises:
+        ValueError: What is selected was refused.
     """
 
     status: Status
@@ -75,6 +107,10 @@ class Plan:
     diversity: Diversity
     steps: int
     lawnmower_probability_found: float | None = None
+
+    def __post_init__(self) -> None:
+        if self.selected is not None and not self.candidates[self.selected].feasible:
+            raise ValueError(f"candidate {self.selected} was refused by the gate: it cannot be selected")
 
     @property
     def best(self) -> Candidate:

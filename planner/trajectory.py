@@ -206,7 +206,8 @@ class Trajectory:
 
     def slowed(self, factor: float) -> Trajectory:
         """The same path flown `factor` times slower: speed falls by it, acceleration by its square."""
-        return dataclasses.replace(self, knot_interval_s=self.knot_interval_s * factor)
+        interval_s = self.knot_interval_s * factor
+        return Trajectory(self.control_points_m, interval_s, self.start_s, self.heading_control_rad)
 
 
 def control_points_at_start(motion: Motion, knot_interval_s: float) -> Float[np.ndarray, "3 3"]:

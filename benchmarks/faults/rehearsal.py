@@ -44,6 +44,7 @@ from mission.mission_file.obstacle import Cylinder
 from mission.site.fence import autopilot_fence
 from mission.site.problem import problem_from_mission
 from planner import gate
+from planner.gate import ProvenTrajectory
 from planner.problem import Problem
 from planner.trajectory import Trajectory
 from sim_bridge.ardupilot.vehicle import ArduCopter
@@ -116,6 +117,14 @@ def problem() -> Problem:
 
 
 @functools.cache
+def along_corners(count: int = len(CORNERS)) -> ProvenTrajectory:
+    """The proven curve from corner to corner, or to so many of them."""
+    curve = along(CORNERS[:count], problem().limits)
+    asked = dataclasses.replace(problem(), start=curve.motion_at(0.0), duration_s=curve.duration_s, end_position_m=None)
+    return gate.prove(curve, asked)
+
+
+@functools.cache
 def _fence_box_m() -> tuple[np.ndarray, np.ndarray]:
     """The vehicle's fence, which is a box here: lowest and highest corner."""
     site = mission().site
@@ -179,10 +188,9 @@ class Rehearsal:
         self._belief = Belief(known)
         self._pushed = [Pushed(fault, asked, self._belief) for fault in faults if isinstance(fault, ObstaclePushed)]
         energy = energy_of(asked, known)
-        curve = along(CORNERS, known.limits)
         limits = known.limits
         assignment = Assignment(
-            exploration=curve,
+            exploration=along_corners(),
             takeoff_altitude_m=asked.takeoff_altitude_m,
             end=FlightEnd.RETURN,
             method=FlightMethod.OFFBOARD,
@@ -198,7 +206,7 @@ class Rehearsal:
         self._answers: list = []
         self._random = np.random.default_rng(seed)
         self._replan_s: float | None = None
-        self._planned: tuple[float, Trajectory] | None = None
+        self._planned: tuple[float, ProvenTrajectory] | None = None
         self._streamed_s = -1.0
         self._judged_s = -1.0
         self.now_s = 0.0
@@ -300,7 +308,7 @@ class Rehearsal:
             if trajectory is not None:
                 self._planned = (self.now_s + REPLAN_TAKES_S, trajectory)
 
-    def _another(self, course: Course, from_s: float) -> Trajectory | None:
+    def _another(self, course: Course, from_s: float) -> ProvenTrajectory | None:
         current = course.trajectory
         knot = int(np.ceil((from_s - current.start_s) / current.knot_interval_s))
         rest = current.control_points_m[max(knot, 0) :].copy()
@@ -313,7 +321,10 @@ class Rehearsal:
         asked = dataclasses.replace(
             problem(), start=other.motion_at(start_s), duration_s=other.duration_s, end_position_m=None
         )
-        return other if gate.inspect(other, asked).passed else None
+        try:
+            return gate.prove(other, asked)
+        except gate.GateRefused:
+            return None
 
     # What must never be.
 

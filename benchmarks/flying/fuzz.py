@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.faults.rehearsal import CORNERS, mission, problem
+from benchmarks.faults.rehearsal import CORNERS, along_corners, mission, problem
 from benchmarks.timing import machine
 from mission.executive.events import (
     Assignment,
@@ -36,7 +36,6 @@ from mission.executive.events import (
 from mission.executive.executive import Executive
 from mission.flying.belief import Belief
 from mission.flying.flight_rules import energy_of, monitors_of
-from mission.flying.ways import along
 from sim_bridge.codec import mavlink
 from sim_bridge.dialects import Autopilot
 from sim_bridge.link.client import Link
@@ -145,7 +144,7 @@ class FuzzedWire:
 def _assignment() -> Assignment:
     limits = problem().limits
     return Assignment(
-        exploration=along(CORNERS, limits),
+        exploration=along_corners(),
         takeoff_altitude_m=mission().takeoff_altitude_m,
         end=FlightEnd.RETURN,
         method=FlightMethod.OFFBOARD,

@@ -19,6 +19,7 @@ import math
 import numpy as np
 from jaxtyping import Float
 
+from planner.gate import ProvenTrajectory
 from planner.trajectory import Motion, Trajectory, Turning
 from planner.yaw import headings
 from sim_bridge.state import Setpoint, Vector
@@ -115,10 +116,19 @@ def heading_along(
 
 @dataclasses.dataclass(frozen=True)
 class Leg:
-    """One proven curve and the heading along it."""
+    """One proven curve, or a place to stand at, and the heading along it: all that is ever streamed.
+
+    Raises:
+        TypeError: A curve that moves without having passed the gate.
+    """
 
     trajectory: Trajectory
     heading: Heading
+
+    def __post_init__(self) -> None:
+        moves = np.ptp(self.trajectory.control_points_m, axis=0).any()
+        if moves and not isinstance(self.trajectory, ProvenTrajectory):
+            raise TypeError("only what passed the gate is flown: give what planner.gate.prove returns")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -166,7 +176,7 @@ class Course:
     @classmethod
     def begin(
         cls,
-        trajectory: Trajectory,
+        trajectory: ProvenTrajectory,
         now_s: float,
         yaw_rad: float,
         max_acceleration_mps2: float,
@@ -327,7 +337,7 @@ class Course:
         """Where the course comes to a standstill."""
         return vector(self.motion_at(self.stop_s()).position_m)
 
-    def continued(self, trajectory: Trajectory, now_s: float) -> Course:
+    def continued(self, trajectory: ProvenTrajectory, now_s: float) -> Course:
         """The course that leaves its last curve for another at that one's start.
 
         Args:

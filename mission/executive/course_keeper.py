@@ -9,8 +9,8 @@ import numpy as np
 
 from mission.executive.course import Course, vector
 from mission.executive.events import Assignment
+from planner.gate import ProvenTrajectory
 from planner.problem import Limits
-from planner.trajectory import Trajectory
 from sim_bridge.state import Vector, VehicleState
 
 _BLOCKED_RESERVE_S = 1.0
@@ -44,7 +44,7 @@ class CourseKeeper:
         self._assignment = assignment
         self.exploration = assignment.exploration
         self.course: Course | None = None
-        self.way: Trajectory | None = None
+        self.way: ProvenTrajectory | None = None
         self.rejoin_s = assignment.exploration.start_s if from_s is None else from_s
         self.explored = assignment.only_home
         self.blocked_s: float | None = None
@@ -82,7 +82,7 @@ class CourseKeeper:
         """Begin the exploration where it is taken up, at rest there."""
         self._begin(self.exploration, now_s, self.rejoin_s)
 
-    def begin_way(self, way: Trajectory, now_s: float) -> None:
+    def begin_way(self, way: ProvenTrajectory, now_s: float) -> None:
         """Begin a way, at rest at its start; it was proven with everything known when it was sought.
 
         Where it leads to an exploration whose headings are planned, it arrives looking as that begins.
@@ -91,12 +91,12 @@ class CourseKeeper:
         apart_m = np.abs(way.motion_at(way.end_s).position_m - np.array(self.rejoin_m())).max()
         self._begin(way, now_s, None, None if planned is None or apart_m > _SAME_PLACE_M else float(planned[0]))
 
-    def begin_anew(self, exploration: Trajectory, now_s: float) -> None:
+    def begin_anew(self, exploration: ProvenTrajectory, now_s: float) -> None:
         """Explore on a curve that begins where the vehicle stands."""
         self.exploration = exploration
         self._begin(exploration, now_s, None)
 
-    def go_over(self, course: Course, exploration: Trajectory, now_s: float) -> None:
+    def go_over(self, course: Course, exploration: ProvenTrajectory, now_s: float) -> None:
         """Leave a course for another curve at that one's start.
 
         Raises:
@@ -186,7 +186,7 @@ class CourseKeeper:
         return -math.inf if self.course is None else self.course.braking(now_s).stop_s() + _BLOCKED_RESERVE_S
 
     def _begin(
-        self, trajectory: Trajectory, now_s: float, from_s: float | None, arrives_rad: float | None = None
+        self, trajectory: ProvenTrajectory, now_s: float, from_s: float | None, arrives_rad: float | None = None
     ) -> None:
         yaw = self.course.at(now_s).yaw_rad if self.course is not None else 0.0
         limits = self._assignment

@@ -7,8 +7,8 @@ import enum
 
 from mission.executive.course import Course
 from mission.executive.phases import Phase
+from planner.gate import ProvenTrajectory
 from planner.problem import Limits
-from planner.trajectory import Trajectory
 from sim_bridge.state import (
     Command,
     CommandDone,
@@ -64,7 +64,7 @@ class Assignment:
         rally_m: Above where it may land instead of home, at whatever height.
     """
 
-    exploration: Trajectory
+    exploration: ProvenTrajectory
     takeoff_altitude_m: float
     end: FlightEnd
     method: FlightMethod
@@ -117,7 +117,7 @@ class Checked:
 
     problems: tuple[str, ...]
     notes: tuple[str, ...] = ()
-    exploration: Trajectory | None = None
+    exploration: ProvenTrajectory | None = None
     limits: Limits | None = None
     places: tuple[MissionPlace, ...] = ()
 
@@ -126,7 +126,7 @@ class Checked:
 class NewCourse:
     """A proven curve that continues the exploration from its own start on."""
 
-    trajectory: Trajectory
+    trajectory: ProvenTrajectory
 
 
 @dataclasses.dataclass(frozen=True)
@@ -178,7 +178,7 @@ class WayFound:
     """
 
     asked: FindWay
-    trajectory: Trajectory | None
+    trajectory: ProvenTrajectory | None
     reason: str = ""
 
 

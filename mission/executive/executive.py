@@ -42,8 +42,8 @@ from mission.executive.phases import FINAL, ON_COURSE, OUTWARD, Phase, Trigger
 from mission.executive.standing_order import STREAM_FIRST_S, StandingOrder
 from mission.executive.stay import limit_s
 from mission.executive.way_watch import WayWatch
+from planner.gate import ProvenTrajectory
 from planner.problem import Problem
-from planner.trajectory import Trajectory
 from sim_bridge.state import (
     Command,
     CommandDone,
@@ -135,7 +135,7 @@ class Executive:
         return self._keeper.course
 
     @property
-    def exploration(self) -> Trajectory:
+    def exploration(self) -> ProvenTrajectory:
         """The proven curve that is explored on, as replans left it."""
         return self._keeper.exploration
 
@@ -307,7 +307,7 @@ class Executive:
             return
         self._keeper.way = found.trajectory
 
-    def _new_course(self, trajectory: Trajectory, now_s: float) -> None:
+    def _new_course(self, trajectory: ProvenTrajectory, now_s: float) -> None:
         course = self.course
         if course is None:
             return

@@ -266,7 +266,7 @@ def _begun(planned: Planned, settings: FlightSettings) -> tuple[Recorder, list[P
         if not settings.resumed:
             write_durably(folder / MISSION_NAME, json.dumps(mission.model_dump(mode="json", exclude_none=True)))
             files = write_outputs(planned, folder)
-        kept = recorder.keep(planned.plan.best.trajectory).result()
+        kept = recorder.keep(planned.plan.best.proven).result()
         recorder.course(0.0, kept, "resumed" if settings.resumed else "plan")
     except OSError as error:
         finding = Finding("--out", str(folder), f"cannot be written: {error.strerror or error}; give another folder")

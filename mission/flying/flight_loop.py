@@ -49,8 +49,8 @@ from mission.flying.pushes import TakenIn
 from mission.flying.recorder import Kept, Recorder
 from mission.flying.replan_cycle import ReplanCycle
 from mission.flying.streamer import Streamer
+from planner.gate import ProvenTrajectory
 from planner.problem import Problem
-from planner.trajectory import Trajectory
 from sim_bridge.link.client import Link
 from sim_bridge.state import CommandDone, MissionProgress, VehicleState
 
@@ -68,7 +68,7 @@ class Ground(Protocol):
         """Check the vehicle before arming."""
         ...
 
-    def find_way(self, wanted: FindWay) -> Trajectory:
+    def find_way(self, wanted: FindWay) -> ProvenTrajectory:
         """A proven way.
 
         Raises:
@@ -266,7 +266,7 @@ class FlightLoop:
         self._renew()
         self._act(self.executive.receive(event, now_s), now_s)
 
-    def _fly_once_kept(self, trajectory: Trajectory, then: Callable[[Kept | None, str, float], None]) -> None:
+    def _fly_once_kept(self, trajectory: ProvenTrajectory, then: Callable[[Kept | None, str, float], None]) -> None:
         """Have a curve put on the disk, beside this loop; `then` is told when it is there, or why it is not."""
 
         def done(future: concurrent.futures.Future[Kept]) -> None:

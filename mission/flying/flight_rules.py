@@ -35,7 +35,7 @@ def assignment_of(
     """
     mission, limits = planned.mission, planned.problem.limits
     return Assignment(
-        exploration=planned.plan.best.trajectory,
+        exploration=planned.plan.best.proven,
         takeoff_altitude_m=mission.takeoff_altitude_m,
         end=FlightEnd(mission.flight.end),
         method=method,

@@ -19,6 +19,7 @@ from mission.flying.ways import find_way
 from mission.mission_file import Mission
 from mission.site.fence import autopilot_fence, planned_fence
 from planner import gate
+from planner.gate import ProvenTrajectory
 from planner.polygon import KeepIn
 from planner.trajectory import Motion, Trajectory
 from planner.workspace import Workspace
@@ -85,13 +86,13 @@ class Ground:
         home = state.home_enu_m or state.position_enu_m
         reach = preflight.reach_of(planned, planned_fence(self.mission.site), home)
         settings = vehicle_settings.settings_of(self._link.autopilot, self._link.parameter, planned.limits, reach)
-        exploration = self._assignment.exploration
-        factor = vehicle_settings.slowing_factor(gate.inspect(exploration, planned), settings.limits)
-        if factor > 1.0:
-            exploration = exploration.slowed(factor)
-        if settings.limits != planned.limits:
-            self._belief.change(limits=settings.limits, duration_s=planned.duration_s * factor)
-        problems = list(settings.problems)
+        exploration, problems = self._assignment.exploration, list(settings.problems)
+        try:
+            exploration, slower = vehicle_settings.slowed_down(exploration, planned, settings.limits)
+            if slower is not planned:
+                self._belief.change(limits=slower.limits, duration_s=slower.duration_s, start=slower.start)
+        except gate.GateRefused as refused:
+            problems.append(f"flown as slowly as the vehicle can, {refused}")
         if not problems:
             problems += self._way_problems(state, home, exploration, self._energy.within(settings.limits))
         notes, places = list(settings.notes), ()
@@ -135,7 +136,7 @@ class Ground:
             back.duration_s + energy.way_home_s(_above(home, altitude_m), home, altitude_m),
         )
 
-    def find_way(self, wanted: FindWay) -> Trajectory:
+    def find_way(self, wanted: FindWay) -> ProvenTrajectory:
         """A proven way at rest from one place to another.
 
         Raises:
@@ -152,8 +153,8 @@ class Ground:
         high = np.array([*fence.max(axis=0), max(start[2], end[2], problem.workspace.box_max_m[2])])
         room = Workspace(np.minimum(low, np.minimum(start, end)), np.maximum(high, low + 1e-3))
 
-        def refused(trajectory: Trajectory) -> str:
-            report = gate.inspect(
+        def prove(trajectory: Trajectory) -> ProvenTrajectory:
+            return gate.prove(
                 trajectory,
                 dataclasses.replace(
                     problem,
@@ -166,7 +167,6 @@ class Ground:
                     max_length_m=np.inf,
                 ),
             )
-            return "; ".join(violation.text for violation in report.violations)
 
         return find_way(
             start,
@@ -176,7 +176,7 @@ class Ground:
             problem.keep_out_m,
             room.box_min_m,
             room.box_max_m,
-            refused,
+            prove,
         )
 
     def take_in(self) -> list[TakenIn]:

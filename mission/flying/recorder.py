@@ -22,7 +22,7 @@ from typing import Any
 
 from mission.executive.course import CoursePoint
 from mission.flying.log_writer import LogWriter, sync_folder, write_durably
-from planner.trajectory import Trajectory
+from planner.gate import ProvenTrajectory
 from sim_bridge.state import Setpoint, Vector, VehicleState
 
 FORMAT = "ergonaut-log"
@@ -43,7 +43,7 @@ class Kept:
     """
 
     number: int
-    trajectory: Trajectory
+    trajectory: ProvenTrajectory
 
 
 class Recorder:
@@ -117,7 +117,7 @@ class Recorder:
             target=None if target_m is None else _rounded(target_m),
         )
 
-    def keep(self, trajectory: Trajectory) -> concurrent.futures.Future[Kept]:
+    def keep(self, trajectory: ProvenTrajectory) -> concurrent.futures.Future[Kept]:
         """Put a curve on the disk, which must come before it is flown; an OSError says that it is not there."""
         with self._lock:
             number = self._next_number
@@ -159,7 +159,7 @@ def _line(kind: str, time_s: float, fields: Mapping[str, JsonValue]) -> bytes:
     return f"{json.dumps({**stamps, **fields}, allow_nan=False, separators=(',', ':'))}\n".encode()
 
 
-def _curve(trajectory: Trajectory) -> str:
+def _curve(trajectory: ProvenTrajectory) -> str:
     curve: dict[str, JsonValue] = {
         "control_points_enu_m": trajectory.control_points_m.tolist(),
         "knot_interval_s": trajectory.knot_interval_s,

@@ -15,6 +15,7 @@ from mission.executive.executive import Executive
 from mission.executive.phases import Phase
 from mission.flying.belief import INTERVAL_S, Belief, with_length_left
 from mission.flying.replanning import Replanner, Reply, Request, Verdict, judge
+from planner.gate import ProvenTrajectory
 from planner.plan import Plan
 from planner.problem import Metric, Options, Problem
 from planner.scene import knots_for
@@ -144,9 +145,7 @@ class ReplanCycle:
         must_leave = held or executive.blocked_s is not None
         verdict = judge(reply, executive.course, now_s, self._belief.problem, must_leave=must_leave)
         if verdict.trajectory is not None and reply.plan is not None:
-            self._alternatives = tuple(
-                dataclasses.replace(curve, start_s=reply.request.switch_s) for curve in _curves(reply.plan)
-            )
+            self._alternatives = tuple(curve.starting_at(reply.request.switch_s) for curve in _curves(reply.plan))
             self._failed_while_held = 0
         elif held:
             self._failed_while_held += 1
@@ -234,8 +233,8 @@ class ReplanCycle:
         return dataclasses.replace(self._options, time_step_s=problem.duration_s / (_SAMPLES_A_SEGMENT * segments))
 
 
-def _curves(plan: Plan) -> tuple[Trajectory, ...]:
-    return tuple(candidate.trajectory for candidate in plan.ranked()[1:])
+def _curves(plan: Plan) -> tuple[ProvenTrajectory, ...]:
+    return tuple(candidate.proven for candidate in plan.ranked()[1:])
 
 
 def from_moment(trajectory: Trajectory, curve_s: float) -> Trajectory:

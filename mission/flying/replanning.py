@@ -25,6 +25,7 @@ from mission.executive.course import Course
 from mission.executive.lookout import blocks
 from mission.flying.belief import after
 from planner import gate
+from planner.gate import ProvenTrajectory
 from planner.plan import Plan
 from planner.problem import Options, Problem
 from planner.trajectory import Trajectory
@@ -247,7 +248,7 @@ class Verdict:
         alternative: Which of the ranked candidates it is, from 0.
     """
 
-    trajectory: Trajectory | None
+    trajectory: ProvenTrajectory | None
     reason: str
     objective: float = float("inf")
     staying_objective: float = float("inf")
@@ -282,11 +283,10 @@ def judge(reply: Reply, course: Course, now_s: float, known: Problem, *, must_le
         if not must_leave and candidate.objective > staying:
             break
         try:
-            proven = gate.prove(candidate.trajectory, problem).trajectory
+            trajectory = gate.prove(candidate.proven, problem).starting_at(request.switch_s)
         except gate.GateRefused as error:
             refusal = refusal or str(error)
             continue
-        trajectory = dataclasses.replace(proven, start_s=request.switch_s)
         if course.at(now_s).curve_s >= request.switch_s and not course.stands(now_s):
             return Verdict(None, "it came too late", candidate.objective, staying)
         if gap := discontinuity(course, trajectory):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import math
 import time
 
 import numpy as np
@@ -11,12 +12,16 @@ from mission.flying.belief import after, with_length_left
 from mission.flying.flight_folder import FlightFolder
 from mission.flying.journal import Unfinished, unfinished
 from mission.planning import CompileTime, Planned, keep_compiled
+from planner import gate
 from planner.diversity import diversity
+from planner.gate import ProvenTrajectory
 from planner.judging import Judge
-from planner.plan import Plan, Status
+from planner.obstacles import ObstacleField
+from planner.plan import Candidate, Plan, Status
 from planner.problem import Problem
 from planner.solver import solve
-from planner.trajectory import Motion
+from planner.trajectory import Motion, Trajectory
+from planner.workspace import Workspace
 
 
 @dataclasses.dataclass(frozen=True)
@@ -55,11 +60,30 @@ def resumption(flight: FlightFolder) -> Resumption | None:
         flight.problem, start=rest.motion_at(rest.start_s), duration_s=rest.duration_s, end_position_m=None
     )
     known = after(problem, left.flown_m, flight.options.modes, left.flown_yaw_rad)
-    candidate = Judge(known, flight.options).candidate(rest, "resumed")
-    if candidate.feasible or left.only_home:
-        plan = Plan(Status.CONVERGED, (candidate,), 0, 1.0, diversity(_unit_path(problem, rest)), 0)
+    # It passed the gate when it was written; what lies on the disk passes it again, with what was pushed since.
+    if left.only_home:
+        candidate = Candidate(_stand_at_end(rest, problem), "resumed", math.nan, math.nan)
+    else:
+        candidate = Judge(known, flight.options).candidate(rest, "resumed")
+    if candidate.feasible:
+        plan = Plan(Status.KEPT, (candidate,), 0, math.nan, diversity(_unit_path(problem, rest)), 0)
         return Resumption(Planned(flight.mission, problem, flight.options, plan, 0.0, 0.0), left.from_s, left)
     return Resumption(_planned_anew(flight, left), None, left)
+
+
+def _stand_at_end(rest: Trajectory, problem: Problem) -> ProvenTrajectory:
+    """To stand where the exploration ended: what is flown home goes on from no curve, so none can be blocked."""
+    place_m = rest.motion_at(rest.end_s).position_m
+    stand = Trajectory(np.tile(place_m, (4, 1)), rest.knot_interval_s, rest.end_s - rest.knot_interval_s)
+    nothing_around = dataclasses.replace(
+        problem,
+        workspace=Workspace(place_m - 1.0, place_m + 1.0),
+        obstacles=ObstacleField.of([]),
+        fence_polygon_m=None,
+        start=Motion.at_rest(place_m),
+        duration_s=stand.duration_s,
+    )
+    return gate.prove(stand, nothing_around)
 
 
 def _unit_path(problem: Problem, rest) -> np.ndarray:  # noqa: ANN001

@@ -11,8 +11,10 @@ import math
 from collections.abc import Callable
 
 from mission.flying import left_alone
-from planner.gate import RELATIVE_TOLERANCE, GateReport
-from planner.problem import Limits
+from planner import gate
+from planner.gate import RELATIVE_TOLERANCE, ProvenTrajectory
+from planner.gate_report import GateReport
+from planner.problem import Limits, Problem
 from sim_bridge.dialects import Autopilot
 from sim_bridge.link.commands import OWN_SYSTEM
 
@@ -137,6 +139,29 @@ def slowing_factor(flown: GateReport, allowed: Limits) -> float:
         math.sqrt(flown.max_acceleration_mps2 / allowed.max_acceleration_mps2),
     )
     return 1.0 if factor <= 1.0 + RELATIVE_TOLERANCE else factor
+
+
+def slowed_down(exploration: ProvenTrajectory, planned: Problem, allowed: Limits) -> tuple[ProvenTrajectory, Problem]:
+    """A curve as slow as the vehicle can fly it, proven anew, and the problem that it solves then.
+
+    Args:
+        exploration: The curve as it was planned.
+        planned: What is known, with the planned limits.
+        allowed: The smaller of the planned limits and the vehicle's.
+
+    Raises:
+        GateRefused: Flown slower it breaks a condition, or what was learned since is in its way.
+    """
+    if allowed == planned.limits:
+        return exploration, planned
+    factor = slowing_factor(exploration.report, allowed)
+    if factor == 1.0:
+        return exploration, dataclasses.replace(planned, limits=allowed)
+    slower = exploration.slowed(factor)
+    problem = dataclasses.replace(
+        planned, limits=allowed, duration_s=planned.duration_s * factor, start=slower.motion_at(slower.start_s)
+    )
+    return gate.prove(slower, problem), problem
 
 
 class _Reading:

@@ -16,6 +16,7 @@ from jaxtyping import Float
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
+from planner.gate import GateRefused, ProvenTrajectory
 from planner.problem import Limits
 from planner.trajectory import Trajectory
 
@@ -99,8 +100,8 @@ def find_way(
     keep_out_m: float,
     low_m: Float[np.ndarray, "3"],
     high_m: Float[np.ndarray, "3"],
-    refused: Callable[[Trajectory], str],
-) -> Trajectory:
+    prove: Callable[[Trajectory], ProvenTrajectory],
+) -> ProvenTrajectory:
     """The shortest way found that the gate passes.
 
     Args:
@@ -111,7 +112,7 @@ def find_way(
         keep_out_m: Least distance of the vehicle's centre to them.
         low_m: Lower corner of the room for the way.
         high_m: Upper corner of it.
-        refused: The gate: why a curve is not proven; empty: it is.
+        prove: The gate.
 
     Returns:
         The proven curve.
@@ -123,10 +124,10 @@ def find_way(
     for corners in _candidates(start_m, end_m, distance, keep_out_m, low_m, high_m):
         if not _clear(corners, distance, keep_out_m):
             continue
-        trajectory = along(corners, limits)
-        last = refused(trajectory)
-        if not last:
-            return trajectory
+        try:
+            return prove(along(corners, limits))
+        except GateRefused as refused:
+            last = "; ".join(violation.text for violation in refused.report.violations)
     start, end = np.round(start_m, 1).tolist(), np.round(end_m, 1).tolist()
     raise ValueError(
         f"no proven way from {start} to {end}: {last}; obstacles are kept {keep_out_m:g} m away from: "

@@ -70,9 +70,9 @@ def planned(tmp_path_factory):
     problem, options = problem_from_mission(mission), options_from_mission(mission)
     around = rounded([[10, 10, 30], [450, 30, 60], [470, 470, 40], [200, 400, 70], [60, 200, 30], [20, 10, 30]])
     through = rounded([[10, 10, 30], [250, 250, 50], [480, 480, 50], [20, 10, 30]])
-    candidates = tuple(
-        Candidate(curve, pattern, cost, cost, gate.inspect(curve, problem))
-        for curve, pattern, cost in ((through, "random", 0.01), (around, "spiral", 0.02))
+    candidates = (
+        Candidate(through, "random", 0.01, 0.01, gate.inspect(through, problem)),
+        Candidate(gate.prove(around, problem), "spiral", 0.02, 0.02),
     )
     assert [candidate.feasible for candidate in candidates] == [False, True]
     plan = Plan(Status.CONVERGED, candidates, 1, 0.05, Diversity(0.5, 0.3, 1.0, 2.0), 100)

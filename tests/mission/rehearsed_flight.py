@@ -35,6 +35,7 @@ from sim_bridge.state import (
     LandedState,
     VehicleState,
 )
+from tests.mission.proven import proven
 
 LIMITS = Limits(5.0, 2.0, 1.5, 3.0)
 STEP_S = 0.05
@@ -150,7 +151,7 @@ class Flight:
     def __init__(self, **changes) -> None:
         self.vehicle = Vehicle()
         assignment = Assignment(
-            exploration=along(CORNERS, LIMITS),
+            exploration=proven(along(CORNERS, LIMITS)),
             takeoff_altitude_m=10.0,
             end=FlightEnd.RETURN,
             method=FlightMethod.OFFBOARD,
@@ -205,7 +206,7 @@ class Flight:
                     if self.no_way:
                         self.answers.append(WayFound(action, None, self.no_way))
                     else:
-                        way = along(np.array([start, end]), LIMITS)
+                        way = proven(along(np.array([start, end]), LIMITS))
                         self.answers.append(WayFound(action, way))
                 case Entered(phase):
                     self.phases.append(phase)

@@ -1,7 +1,5 @@
 """New courses, and courses that are blocked."""
 
-import dataclasses
-
 import numpy as np
 import pytest
 
@@ -9,6 +7,7 @@ from mission.executive.events import NewCourse
 from mission.executive.phases import Phase
 from mission.flying.ways import along
 from planner.trajectory import Trajectory
+from tests.mission.proven import proven
 from tests.mission.rehearsed_flight import CORNERS, LIMITS, Flight, largest_jump_mps
 
 
@@ -22,7 +21,7 @@ def test_a_new_course_is_taken_at_its_start_without_a_jump():
     first = int((switch_s - old.start_s) / old.knot_interval_s)
     switch_s = old.start_s + first * old.knot_interval_s
     points = np.vstack([old.control_points_m[first : first + 20], np.tile([40.0, 20.0, 12.0], (3, 1))])
-    new = Trajectory(points, old.knot_interval_s, switch_s)
+    new = proven(Trajectory(points, old.knot_interval_s, switch_s))
     flight.tell(NewCourse(new))
     assert flight.executive.exploration is new
     flight.run()
@@ -40,7 +39,7 @@ def test_new_courses_may_follow_each_other_before_the_first_has_begun():
     for ahead_s in (4.0, 6.0, 8.0, 10.0):
         knot = int((here_s + ahead_s - old.start_s) / old.knot_interval_s)
         start_s = old.start_s + knot * old.knot_interval_s
-        flight.tell(NewCourse(Trajectory(old.control_points_m[knot:], old.knot_interval_s, start_s)))
+        flight.tell(NewCourse(proven(Trajectory(old.control_points_m[knot:], old.knot_interval_s, start_s))))
     flight.run()
     assert flight.phase is Phase.LANDED
     assert largest_jump_mps(flight) <= LIMITS.max_speed_mps * 1.01
@@ -49,7 +48,7 @@ def test_new_courses_may_follow_each_other_before_the_first_has_begun():
 def test_a_new_course_that_comes_too_late_is_dropped():
     flight = Flight().exploring()
     old = flight.executive.exploration
-    flight.tell(NewCourse(dataclasses.replace(old, start_s=0.5)))
+    flight.tell(NewCourse(old.starting_at(0.5)))
     assert flight.executive.exploration is old
     assert flight.run().phase is Phase.LANDED
 
@@ -58,5 +57,6 @@ def test_a_course_that_does_not_continue_the_old_one_is_an_error():
     flight = Flight().exploring()
     course = flight.executive.course
     assert course is not None
+    backwards = proven(along(CORNERS[::-1], LIMITS)).starting_at(course.end_s - 1.0)
     with pytest.raises(ValueError, match="does not continue"):
-        flight.tell(NewCourse(along(CORNERS[::-1], LIMITS).__class__(CORNERS[::-1], 1.0, course.end_s - 1.0)))
+        flight.tell(NewCourse(backwards))

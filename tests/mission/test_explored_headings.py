@@ -30,11 +30,10 @@ from mission.loading import load
 from mission.plan_file import PlanFile, read_plan_file, write_plan_file
 from mission.plan_output import plan_file_of
 from mission.planning import Planned
-from planner import gate
 from planner.judging import Judge
-from planner.plan import Candidate
 from planner.trajectory import Trajectory
 from tests.mission.hand_made import plan_by_hand
+from tests.mission.proven import proven
 from tests.planner.independent_checker import check
 
 SPEED = 20.0
@@ -74,14 +73,12 @@ def planned(tmp_path) -> Planned:
     found = plan_by_hand(MISSION, CORNERS, tmp_path)
     path = found.plan.best.trajectory
     turned = 1.0 + RATE_RADPS * path.knot_interval_s * np.arange(len(path.control_points_m))
-    return with_course(found, dataclasses.replace(path, heading_control_rad=turned))
+    return with_course(found, Trajectory(path.control_points_m, path.knot_interval_s, 0.0, turned))
 
 
 def with_course(planned: Planned, curve: Trajectory) -> Planned:
-    report = gate.inspect(curve, planned.problem)
-    assert report.passed, report.violations
-    metric = Judge(planned.problem, planned.options).candidate(curve, "by hand").ergodic_metric
-    plan = dataclasses.replace(planned.plan, candidates=(Candidate(curve, "by hand", metric, metric, report),))
+    candidate = Judge(planned.problem, planned.options).candidate(curve, "by hand")
+    plan = dataclasses.replace(planned.plan, candidates=(candidate,))
     return dataclasses.replace(planned, plan=plan)
 
 
@@ -149,7 +146,7 @@ def test_exports_carry_the_heading(planned):
 
 def test_a_course_turns_from_where_the_vehicle_looks_to_what_was_planned(planned):
     curve = planned.plan.best.trajectory
-    course = Course.begin(curve, 0.0, -1.0, 3.0, 0.785)
+    course = Course.begin(planned.plan.best.proven, 0.0, -1.0, 3.0, 0.785)
     seen = np.array([course.at(now_s).yaw_rad for now_s in np.arange(0.0, curve.end_s, 0.05)])
     assert np.abs(np.diff(seen)).max() <= 0.785 * 0.05 + 1e-9
     late = np.arange(12.0, curve.end_s - 0.2, 0.5)
@@ -163,12 +160,12 @@ def test_the_way_to_the_start_arrives_looking_as_the_exploration_begins(planned)
     keeper = CourseKeeper(assignment_of(planned, FlightMethod.OFFBOARD), None)
     limits = planned.problem.limits
     begins = heading_of(planned.plan.best.trajectory, [0.0])[0]
-    keeper.begin_way(along(np.array([[5.0, 50.0, 12.0], CORNERS[0]]), limits), 0.0)
+    keeper.begin_way(proven(along(np.array([[5.0, 50.0, 12.0], CORNERS[0]]), limits)), 0.0)
     assert keeper.course is not None
     assert apart(keeper.course.at(keeper.course.end_s).yaw_rad, begins) < 1e-9
     southwards = -np.arctan2(35.0, 10.0)
     assert apart(keeper.course.headings_at(np.array([4.0]))[0], southwards) < 0.1
-    keeper.begin_way(along(np.array([CORNERS[0], [5.0, 50.0, 12.0]]), limits), 0.0)
+    keeper.begin_way(proven(along(np.array([CORNERS[0], [5.0, 50.0, 12.0]]), limits)), 0.0)
     assert apart(keeper.course.at(keeper.course.end_s).yaw_rad, southwards + np.pi) < 0.1
 
 
@@ -220,7 +217,7 @@ class Following:
     phase, held_by_block, blocked_s = Phase.FOLLOWING, False, None
 
     def __init__(self, planned: Planned):
-        self.exploration = planned.plan.best.trajectory
+        self.exploration = planned.plan.best.proven
         self.course = Course.begin(self.exploration, 0.0, 1.5, 3.0, 0.785)
 
 

@@ -15,8 +15,9 @@ from mission.flying.recorder import LOG_NAME, Recorder
 from mission.flying.ways import along
 from planner.problem import Limits
 from tests.mission.flying_vehicle import STATE
+from tests.mission.proven import proven
 
-CURVE = along(np.array([[0.0, 0.0, 10.0], [200.0, 0.0, 10.0]]), Limits(5.0, 2.0, 1.5, 3.0))
+CURVE = proven(along(np.array([[0.0, 0.0, 10.0], [200.0, 0.0, 10.0]]), Limits(5.0, 2.0, 1.5, 3.0)))
 
 
 def state(time_s, position):

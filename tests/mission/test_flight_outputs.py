@@ -39,7 +39,7 @@ def state(time_s, position, velocity, landed=LandedState.IN_AIR):
 
 def record(folder, planned, aside_m=0.0, faster=1.0, name="Two ways"):
     """A flight along the plan, as far aside and as much faster as asked for."""
-    curve = planned.plan.best.trajectory
+    curve = planned.plan.best.proven
     recorder = Recorder(folder, {"name": name, "link": "sim", "mode": "offboard", "started": "2026-01-01"})
     recorder.course(0.0, recorder.keep(curve).result(), "plan")
     recorder.write("phase", 0.0, phase="taking off", why="armed")
@@ -98,7 +98,7 @@ def test_what_was_flown_outside_the_box_too_fast_or_too_close_is_a_violation(pla
 
 def test_a_flight_into_an_obstacle_is_a_violation(planned, tmp_path):
     recorder = Recorder(tmp_path, {})
-    recorder.course(0.0, recorder.keep(planned.plan.best.trajectory).result(), "plan")
+    recorder.course(0.0, recorder.keep(planned.plan.best.proven).result(), "plan")
     recorder.telemetry(1.0, state(1.0, (250.0, 250.0, 50.0), (0.0, 0.0, 0.0)), "returning", None)
     recorder.close()
     (text,) = violations(read_flight_log(tmp_path), planned.problem, FASTEST_MPS)

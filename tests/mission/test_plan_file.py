@@ -7,7 +7,7 @@ import pytest
 
 from mission.findings import InputError
 from mission.plan_file import read_plan_file, write_plan_file
-from mission.plan_output import summary_of, write_outputs
+from mission.plan_output import plan_file_of, summary_of, write_outputs
 from planner import gate
 from planner.plan import Status
 
@@ -25,6 +25,12 @@ def changed(path, change):
     change(document)
     path.write_text(json.dumps(document))
     return path
+
+
+def test_a_baseline_that_is_not_known_is_null(planned, tmp_path):
+    unknown = dataclasses.replace(planned.plan, lawnmower_ergodic_metric=float("nan"))
+    write_plan_file(plan_file_of(dataclasses.replace(planned, plan=unknown)), tmp_path / "plan.json")
+    assert read_plan_file(tmp_path / "plan.json").metric.lawnmower_ergodic_metric is None
 
 
 def test_a_plan_read_back_is_the_plan_that_was_written(plan_file, written):

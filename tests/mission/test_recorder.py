@@ -15,8 +15,9 @@ from mission.flying.recorder import LOG_NAME, Recorder
 from mission.loading import load
 from planner.trajectory import Trajectory
 from tests.mission.full_disk import no_file_larger_than
+from tests.mission.proven import proven
 
-CURVE = Trajectory(np.zeros((5, 3)), 1.0)
+CURVE = proven(Trajectory(np.zeros((5, 3)), 1.0))
 
 
 def written(recorder):

@@ -10,9 +10,10 @@ from mission.flying.ways import along
 from planner.problem import Limits
 from sim_bridge.dialects import Autopilot
 from sim_bridge.faults import LinkCut
+from tests.mission.proven import proven
 
 LIMITS = Limits(5.0, 3.0, 3.0, 2.0, 1.0)
-LINE = along(np.array([[0.0, 0.0, 10.0], [100.0, 0.0, 10.0]]), LIMITS)
+LINE = proven(along(np.array([[0.0, 0.0, 10.0], [100.0, 0.0, 10.0]]), LIMITS))
 
 
 def flowing(now_s: float = 0.0) -> Course:

@@ -13,19 +13,20 @@ from mission.flying.replan_cycle import WARM_UP, ReplanCycle, Schedule, from_mom
 from mission.flying.replanning import Replanner, Reply, Request, judge
 from mission.flying.ways import along
 from planner.diversity import diversity
-from planner.gate import inspect
+from planner.gate import prove
 from planner.information import uniform
 from planner.obstacles import ObstacleField, Sphere
 from planner.plan import Candidate, Plan, Status
 from planner.problem import Limits, Options, Problem
 from planner.trajectory import Motion, Trajectory
 from planner.workspace import Workspace
+from tests.mission.proven import proven
 
 LIMITS = Limits(5.0, 2.0, 1.5, 3.0)
 BOX = Workspace(np.array([0.0, 0.0, 5.0]), np.array([200.0, 100.0, 30.0]))
 MODES = (4, 4, 2)
 OPTIONS = Options(candidates=2, modes=MODES)
-CURVE = along(np.array([[10.0, 50.0, 10.0], [190.0, 50.0, 10.0], [190.0, 90.0, 10.0]]), LIMITS)
+CURVE = proven(along(np.array([[10.0, 50.0, 10.0], [190.0, 50.0, 10.0], [190.0, 90.0, 10.0]]), LIMITS))
 PROBLEM = Problem(
     workspace=BOX,
     information=uniform(BOX),
@@ -67,8 +68,7 @@ def request(**changes) -> Request:
 def reply(*candidates: tuple[Trajectory, float], staying=0.5, asked=None) -> Reply:
     asked = asked or request()
     made = tuple(
-        Candidate(trajectory, "test", metric, metric, inspect(trajectory, asked.problem))
-        for trajectory, metric in candidates
+        Candidate(prove(trajectory, asked.problem), "test", metric, metric) for trajectory, metric in candidates
     )
     feasible = [index for index, one in enumerate(made) if one.feasible]
     paths = np.stack([one.trajectory.sample(np.linspace(0.0, 20.0, 50)).position_m for one in made])

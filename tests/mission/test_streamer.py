@@ -12,8 +12,9 @@ from mission.flying.clock import FlightClock
 from mission.flying.streamer import STALE_S, Streamer
 from mission.flying.ways import along
 from planner.problem import Limits
+from tests.mission.proven import proven
 
-CURVE = along(np.array([[0.0, 0.0, 10.0], [300.0, 0.0, 10.0]]), Limits(5.0, 2.0, 1.5, 3.0))
+CURVE = proven(along(np.array([[0.0, 0.0, 10.0], [300.0, 0.0, 10.0]]), Limits(5.0, 2.0, 1.5, 3.0)))
 
 
 class Wire:

@@ -1,5 +1,6 @@
 """The vehicle's own parameters before arming: the built-in vehicles' defaults, and what a team may have changed."""
 
+import dataclasses
 from pathlib import Path
 
 import numpy as np
@@ -8,11 +9,15 @@ import pytest
 from mission.executive.events import Checked
 from mission.executive.phases import Phase
 from mission.flying.connecting import as_told
-from mission.flying.vehicle_settings import Reach, settings_of, slowing_factor
+from mission.flying.vehicle_settings import Reach, settings_of, slowed_down, slowing_factor
 from mission.flying.ways import along
 from mission.loading import load
-from planner.gate import inspect
-from planner.problem import Limits
+from planner import gate
+from planner.gate import ProvenTrajectory, inspect
+from planner.information import uniform
+from planner.obstacles import ObstacleField, Sphere
+from planner.problem import Limits, Problem
+from planner.workspace import Workspace
 from sim_bridge.ardupilot import defaults as ardupilot_defaults
 from sim_bridge.dialects import Autopilot
 from sim_bridge.px4 import defaults as px4_defaults
@@ -175,6 +180,38 @@ def test_a_curve_is_slowed_down_until_every_limit_holds(planned):
     assert slowed.max_acceleration_mps2 <= allowed.max_acceleration_mps2 * (1.0 + 1e-9)
     # What is slow enough already, as after an interruption, is flown as it is.
     assert slowing_factor(slowed, allowed) == 1.0
+
+
+def test_a_curve_that_is_slowed_down_is_proven_anew_with_what_is_known_by_then():
+    curve = along(np.array([[0.0, 0.0, 10.0], [60.0, 0.0, 10.0], [60.0, 30.0, 15.0]]), WANTED)
+    box = Workspace(np.array([-5.0, -5.0, 5.0]), np.array([65.0, 35.0, 20.0]))
+    # As in a flight that is resumed, it begins in motion.
+    rest = curve.from_knot(12)
+    known = Problem(
+        workspace=box,
+        information=uniform(box),
+        obstacles=ObstacleField.of([]),
+        limits=WANTED,
+        start=rest.motion_at(rest.start_s),
+        end_position_m=None,
+        duration_s=rest.duration_s,
+        vehicle_radius_m=0.5,
+        clearance_margin_m=1.0,
+    )
+    proven = gate.prove(rest, known)
+    assert np.linalg.norm(known.start.velocity_mps) > 1.0
+    assert slowed_down(proven, known, WANTED) == (proven, known)
+    allowed = Limits(4.0, 3.0, 1.0, 1.5)
+    slower, problem = slowed_down(proven, known, allowed)
+    assert isinstance(slower, ProvenTrajectory)
+    assert 1.5 * rest.duration_s < slower.duration_s == problem.duration_s
+    assert slower.report.max_acceleration_mps2 <= allowed.max_acceleration_mps2 * (1.0 + 1e-9)
+    assert gate.inspect(slower, problem).passed
+    learned = dataclasses.replace(
+        known, obstacles=ObstacleField.of([Sphere(rest.motion_at(rest.end_s).position_m, 2.0)])
+    )
+    with pytest.raises(gate.GateRefused, match="clearance"):
+        slowed_down(proven, learned, allowed)
 
 
 def test_a_slower_vehicle_brakes_more_gently_and_is_called_home_earlier():

@@ -8,7 +8,10 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from mission.flying.ways import along, find_way
+from planner.gate import GateRefused
+from planner.gate_report import Violation, ViolationKind
 from planner.problem import Limits
+from tests.mission.proven import proven
 
 LIMITS = Limits(8.0, 3.0, 1.5, 3.0)
 LOW, HIGH = np.array([0.0, 0.0, 5.0]), np.array([100.0, 100.0, 60.0])
@@ -25,8 +28,8 @@ def box(center, half):
     return distance
 
 
-def way(distance, start=(10.0, 50.0, 10.0), end=(90.0, 50.0, 10.0), refused=lambda trajectory: ""):
-    return find_way(np.array(start), np.array(end), LIMITS, distance, 3.0, LOW, HIGH, refused)
+def way(distance, start=(10.0, 50.0, 10.0), end=(90.0, 50.0, 10.0), prove=proven):
+    return find_way(np.array(start), np.array(end), LIMITS, distance, 3.0, LOW, HIGH, prove)
 
 
 @settings(max_examples=60, deadline=None)
@@ -73,8 +76,12 @@ def test_where_there_is_no_way_it_says_from_where_to_where():
 
 
 def test_what_the_gate_refuses_is_not_flown_and_its_words_are_passed_on():
+    def refuse(curve):
+        violation = Violation(ViolationKind.FENCE, 1.0, 0.0, 0.0, np.zeros(3), "outside the fence")
+        raise GateRefused(dataclasses.replace(proven(curve).report, violations=(violation,)))
+
     with pytest.raises(ValueError, match="outside the fence"):
-        way(lambda points: np.full(len(points), 1e3), refused=lambda trajectory: "outside the fence")
+        way(lambda points: np.full(len(points), 1e3), prove=refuse)
 
 
 @settings(max_examples=40, deadline=None)

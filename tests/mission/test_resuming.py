@@ -1,0 +1,94 @@
+"""What lies on the disk is flown on only after it has passed the gate again."""
+
+import json
+import math
+
+import numpy as np
+import pytest
+
+from mission.findings import InputError
+from mission.flying import resuming
+from mission.flying.flight_folder import MISSION_NAME, read_flight_folder
+from mission.flying.recorder import Recorder
+from mission.flying.resuming import resumption
+from planner.gate import ProvenTrajectory
+from planner.plan import Status
+from tests.mission.flying_vehicle import STATE
+from tests.mission.hand_made import plan_by_hand
+
+MISSION = """
+[site]
+origin = { latitude_deg = 47.3977, longitude_deg = 8.5456, altitude_amsl_m = 488.0 }
+box_min_enu_m = [0.0, 0.0, 8.0]
+box_max_enu_m = [100.0, 80.0, 30.0]
+[information]
+kind = "uniform"
+[[obstacle]]
+kind = "cylinder"
+center_enu_m = [50.0, 40.0]
+radius_m = 5.0
+floor_m = 0.0
+ceiling_m = 40.0
+[planner]
+start_enu_m = [15.0, 15.0, 12.0]
+duration_s = 80.0
+modes = [4, 4, 2]
+"""
+CORNERS = np.array([[15.0, 15.0, 12.0], [70.0, 15.0, 12.0], [70.0, 55.0, 15.0], [30.0, 60.0, 14.0]])
+COURSE = "course-000.json"
+
+
+@pytest.fixture
+def interrupted(tmp_path):
+    """The folder of a flight that was killed after some seconds of its exploration."""
+    planned = plan_by_hand(MISSION, CORNERS, tmp_path)
+    curve, folder = planned.plan.best.proven, tmp_path / "flight"
+    recorder = Recorder(folder, {"name": "killed", "link": "sim"})
+    (folder / MISSION_NAME).write_text(json.dumps(planned.mission.model_dump(mode="json", exclude_none=True)))
+    recorder.course(0.0, recorder.keep(curve).result(), "plan")
+    for now_s in np.arange(0.0, 6.0, 0.1):
+        place = tuple(curve.motion_at(now_s).position_m.tolist())
+        recorder.telemetry(now_s, STATE, "exploring", place)
+    recorder.write("progress", 6.0, explored_s=6.0)
+    recorder.close()
+    return folder
+
+
+def test_the_rest_of_a_curve_passes_the_gate_again_and_says_that_nothing_was_solved(interrupted):
+    left = resumption(read_flight_folder(interrupted))
+    assert left is not None
+    plan = left.planned.plan
+    assert isinstance(plan.best.proven, ProvenTrajectory)
+    assert plan.status is Status.KEPT
+    assert math.isnan(plan.lawnmower_ergodic_metric)
+    assert left.from_s == 6.0
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda curve: [[x + 45.0 * (20 < index < len(curve) - 6), y, z] for index, (x, y, z) in enumerate(curve)],
+        lambda curve: [[x, y, z - 5.0 * (index > 20)] for index, (x, y, z) in enumerate(curve)],
+    ],
+    ids=["a stretch is moved", "it is lowered out of the box"],
+)
+def test_a_curve_that_was_changed_on_the_disk_is_not_flown(interrupted, change, monkeypatch):
+    file = interrupted / COURSE
+    course = json.loads(file.read_text())
+    course["control_points_enu_m"] = change(course["control_points_enu_m"])
+    file.write_text(json.dumps(course))
+    asked = []
+    monkeypatch.setattr(resuming, "_planned_anew", lambda flight, left: asked.append(left))
+    left = resumption(read_flight_folder(interrupted))
+    assert asked
+    assert left is not None
+    assert left.planned is None, "the curve on the disk was taken as it lies there"
+
+
+def test_a_curve_of_numbers_that_mean_nothing_is_refused(interrupted):
+    file = interrupted / COURSE
+    course = json.loads(file.read_text())
+    course["control_points_enu_m"][9][0] = float("nan")
+    file.write_text(json.dumps(course))
+    with pytest.raises(InputError, match="finite"):
+        read_flight_folder(interrupted)
