@@ -23,6 +23,8 @@ from __future__ import annotations
 
 import dataclasses
 import enum
+import itertools
+import math
 
 import equinox as eqx
 import jax
@@ -38,7 +40,7 @@ from planner.density_field import (
     grid_field,
     kernel_sum,
 )
-from planner.information import DensityGrid, cell_mean_basis
+from planner.information import DensityGrid
 from planner.kernel_variance import select_variance, silverman_variance
 from planner.problem import Covered, Options, Problem
 
@@ -50,6 +52,8 @@ REMEMBERED_POSES = 512
 """Of a flight under way always as many, so that code that was compiled serves all of it."""
 SPAN_OF_WIDTH = 0.75
 PARAMETER_SAMPLES = 256
+CELLS_A_WIDTH = 6.0
+MOST_CELLS = 2**20
 
 
 class Attraction(enum.Enum):
@@ -114,12 +118,12 @@ def kernel_metric(
         attraction: What draws a path.
         counts: Which axes matter (as modes above one do in the spectral metric).
         variance_unit2: θ; None: by KES eq. (30) on samples of the information.
-        covered: What was flown before; its density is the one its coefficients give back, blurred like a path's.
+        covered: What was flown before, remembered as the time spent in each cell of a grid.
         duration_s: Time of the path that will be measured; only its ratio to the covered time matters.
         seed: Of the samples.
 
     Raises:
-        ValueError: No axis counts, or memory for the metric as printed.
+        ValueError: No axis counts, memory for the metric as printed, or no places of what was covered.
     """
     if not any(counts):
         raise ValueError("a metric needs an axis that counts, got none")
@@ -132,13 +136,15 @@ def kernel_metric(
         variance[mask] = select_variance(samples[:, mask], slope[:, mask], wraps=False)
     else:
         variance[mask] = np.asarray(variance_unit2, dtype=float)[mask]
-    share, wanted = 0.0, information.mass
+    blur = None if attraction is Attraction.AS_PRINTED else variance
+    share, wanted = 0.0, information.mass if blur is None else _refined(information.mass, np.sqrt(blur), mask)
     if covered is not None:
         if attraction is Attraction.AS_PRINTED:
             raise ValueError("the metric as printed has no memory: use Attraction.BLURRED, or no covered path")
+        if covered.places is None or not len(covered.places):
+            raise ValueError("this metric has no basis, and what was covered before has no places: give Covered.places")
         share = covered.duration_s / (covered.duration_s + duration_s)
-        wanted = wanted - share * _mass_of(covered.mean_basis, wanted.shape)
-    blur = None if attraction is Attraction.AS_PRINTED else variance
+        wanted = wanted - share * _time_in_cells(covered.places, wanted.shape)
     return KernelMetric(
         attraction=plain if blur is None else grid_field(wanted, blur, counts),
         variance=jnp.asarray(variance, jnp.float32),
@@ -238,10 +244,31 @@ def _neighbours_together(problem: Problem, metric: KernelMetric, samples: int) -
     return together
 
 
-def _mass_of(mean_basis: Float[np.ndarray, "k0 k1 k2"], shape: tuple[int, ...]) -> Float[np.ndarray, "nx ny nz"]:
-    """The mass of each cell in the density Σ c_k F_k: what is known of a path from its coefficients."""
-    tables = [cell_mean_basis(cells, modes) / cells for cells, modes in zip(shape, mean_basis.shape, strict=True)]
-    return np.einsum("abc,xa,yb,zc->xyz", mean_basis, *tables, optimize=True)
+def _refined(
+    mass: Float[np.ndarray, "nx ny nz"], width: Float[np.ndarray, "3"], counts: Bool[np.ndarray, "3"]
+) -> Float[np.ndarray, "mx my mz"]:
+    """The same density in cells that a kernel of this width hardly tells from points; one along what does not count."""
+    mass = mass.sum(axis=tuple(np.flatnonzero(~counts)), keepdims=True)
+    most = MOST_CELLS ** (1.0 / counts.sum())
+    for axis in np.flatnonzero(counts):
+        cells = mass.shape[axis]
+        parts = max(1, min(math.ceil(CELLS_A_WIDTH / width[axis] / cells), int(most / cells)))
+        mass = np.repeat(mass / parts, parts, axis=axis)
+    return mass
+
+
+def _time_in_cells(places: Float[np.ndarray, "sample 3"], shape: tuple[int, ...]) -> Float[np.ndarray, "nx ny nz"]:
+    """The share of the time in each cell of a grid that fills the cube; a place is shared out among its neighbours."""
+    cells = np.array(shape)
+    behind = np.clip(places * cells - 0.5, 0.0, cells - 1.0)
+    first = np.minimum(behind.astype(int), np.maximum(cells - 2, 0))
+    ahead = behind - first
+    spent = np.zeros(cells.prod())
+    for corner in itertools.product((0, 1), repeat=3):
+        weight = np.prod(np.where(corner, ahead, 1.0 - ahead), axis=1)
+        index = np.ravel_multi_index(tuple(np.minimum(first + corner, cells - 1).T), shape)
+        spent += np.bincount(index, weight, minlength=len(spent))
+    return spent.reshape(shape) / len(places)
 
 
 def pose_metric(

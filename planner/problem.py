@@ -62,11 +62,14 @@ class Covered:
         duration_s: Time flown.
         poses: Places (unit cube) and headings (radians) on the way, each for the same time, shape (sample, 4): what a
             metric of poses remembers; None: only places are known.
+        places: Places (unit cube) on the way, each for the same time, shape (sample, 3): what a metric of places that
+            has no basis remembers; None: only the mean basis is known.
     """
 
     mean_basis: Float[np.ndarray, "k0 k1 k2"]
     duration_s: float
     poses: Float[np.ndarray, "sample 4"] | None = None
+    places: Float[np.ndarray, "sample 3"] | None = None
 
 
 @dataclasses.dataclass(frozen=True)

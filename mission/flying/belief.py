@@ -1,8 +1,8 @@
 """What is known while flying: the information, the obstacles, and where the vehicle has been.
 
 Coverage is remembered as the metric remembers it: the time average of the basis functions over the flown positions,
-as telemetry told them, and the time it stands for; where headings are explored, the poses themselves. A search instead
-works out what was not seen yet, from places alone.
+as telemetry told them, and the time it stands for; for a metric without a basis the places themselves, and the poses
+where headings are explored. A search instead works out what was not seen yet, from places alone.
 """
 
 from __future__ import annotations
@@ -100,7 +100,7 @@ def covered_by(
     """What equally long moments at some positions cover; of poses those whose heading is known."""
     unit = np.clip(problem.workspace.unit_from_enu(position_m), 0.0, 1.0)
     poses = None if yaw_rad is None else np.column_stack([unit, yaw_rad])[np.isfinite(yaw_rad)]
-    return Covered(mean_basis(unit, np.full(len(unit), 1.0 / len(unit)), modes), duration_s, poses)
+    return Covered(mean_basis(unit, np.full(len(unit), 1.0 / len(unit)), modes), duration_s, poses, unit)
 
 
 def together(first: Covered | None, second: Covered | None) -> Covered | None:
@@ -111,11 +111,14 @@ def together(first: Covered | None, second: Covered | None) -> Covered | None:
     if total_s <= 0.0:
         return None
     share = first.duration_s / total_s
-    poses = None
-    if first.poses is not None and second.poses is not None:
-        # Each stands for `INTERVAL_S` in both.
-        poses = np.concatenate([first.poses, second.poses])
-    return Covered(share * first.mean_basis + (1.0 - share) * second.mean_basis, total_s, poses)
+    mean = share * first.mean_basis + (1.0 - share) * second.mean_basis
+    # Each place and each pose stands for `INTERVAL_S` in both.
+    poses, places = _joined(first.poses, second.poses), _joined(first.places, second.places)
+    return Covered(mean, total_s, poses, places)
+
+
+def _joined(first: np.ndarray | None, second: np.ndarray | None) -> np.ndarray | None:
+    return None if first is None or second is None else np.concatenate([first, second])
 
 
 def after(

@@ -126,8 +126,8 @@ def test_an_axis_that_does_not_count_takes_no_part() -> None:
 
 def test_memory_makes_the_whole_flight_one_measure(peak: DensityGrid) -> None:
     past, future = path(30, 1), path(20, 2)
-    share, modes = 0.6, (24, 24, 24)
-    flown = Covered(mean_basis(past, np.full(30, 1.0 / 30.0), modes), duration_s=60.0)
+    share = 0.6
+    flown = Covered(np.zeros((2, 2, 2)), duration_s=60.0, places=past)
     remembered = kernel_metric(peak, variance_unit2=VARIANCE, covered=flown, duration_s=40.0)
     plain = kernel_metric(peak, variance_unit2=VARIANCE)
     whole = jnp.asarray(np.concatenate([past, future]), jnp.float32)
@@ -137,6 +137,28 @@ def test_memory_makes_the_whole_flight_one_measure(peak: DensityGrid) -> None:
     expected, whole_slope = jax.value_and_grad(lambda x: plain(x, weight))(whole)
     assert float(found) == pytest.approx(float(expected), rel=1e-2)
     np.testing.assert_allclose(slope, whole_slope[30:], atol=1e-2 * np.abs(whole_slope).max())
+
+
+@pytest.mark.parametrize("ahead", [(0.3, 0.3), (0.7, 0.6), (0.9, 0.1)], ids=["covered", "not covered", "elsewhere"])
+def test_memory_is_as_sharp_as_the_kernel_however_few_modes_there_are(ahead: tuple[float, float]) -> None:
+    cube = Workspace(np.zeros(3), np.ones(3))
+    information = gaussians(cube, np.array([[0.3, 0.3, 0.5], [0.7, 0.6, 0.5]]), np.full((2, 3), 0.04), np.ones(2))
+    generator, modes = np.random.default_rng(1), (8, 8, 1)
+    past, future = (
+        np.column_stack([np.array(middle) + 0.04 * generator.normal(size=(count, 2)), np.full(count, 0.5)])
+        for middle, count in (((0.3, 0.3), 300), (ahead, 200))
+    )
+    flat = (True, True, False)
+    plain = kernel_metric(information, counts=flat)
+    theta = np.asarray(plain.variance, dtype=float)[:2]
+    assert np.sqrt(theta).max() < 0.03
+    flown = Covered(mean_basis(past, np.full(300, 1.0 / 300.0), modes), 60.0, places=past)
+    remembered = kernel_metric(information, counts=flat, covered=flown, duration_s=60.0)
+    whole, weight = np.concatenate([past, future])[:, :2], np.r_[np.full(300, 1.0 / 600.0), np.full(200, 1.0 / 400.0)]
+    density = np.asarray(plain.attraction(jnp.asarray(np.concatenate([past, future]), jnp.float32))[0], dtype=float)
+    exact = double_loop(whole, weight, density, float(plain.constant), theta)
+    found = float(remembered(jnp.asarray(future, jnp.float32), jnp.full(200, 1.0 / 200.0)))
+    assert found == pytest.approx(exact, rel=0.01, abs=0.01)
 
 
 def test_memory_of_poses_makes_the_whole_flight_one_measure() -> None:
@@ -290,7 +312,7 @@ def test_silvermans_rule_has_its_known_value_and_knows_the_circle() -> None:
 
 def test_the_solver_and_its_judge_measure_alike_and_leave_out_the_same_axes() -> None:
     information = gaussians(WORKSPACE, np.array([[0.0, 8.0, 15.0]]), np.array([[6.0, 3.0, 4.0]]), np.ones(1))
-    flown = Covered(mean_basis(path(30, 1), np.full(30, 1.0 / 30.0), (8, 8, 1)), 50.0)
+    flown = Covered(np.zeros((8, 8, 1)), 50.0, places=path(30, 1))
     problem = Problem(
         workspace=WORKSPACE,
         information=information,
@@ -319,6 +341,8 @@ def test_what_makes_no_metric_is_refused(peak: DensityGrid) -> None:
         pose_metric(np.zeros((3, 4)), np.ones(3), covered_share=0.5)
     with pytest.raises(ValueError, match="no memory"):
         kernel_metric(peak, attraction=Attraction.AS_PRINTED, covered=Covered(np.zeros((2, 2, 2)), 1.0))
+    with pytest.raises(ValueError, match=r"give Covered\.places"):
+        kernel_metric(peak, covered=Covered(np.zeros((2, 2, 2)), 1.0))
     with pytest.raises(ValueError, match="not all zero"):
         pose_metric(np.zeros((3, 4)), np.zeros(3))
 

@@ -183,7 +183,7 @@ def test_the_gate_proves_the_rate_of_the_heading_at_its_exact_extreme() -> None:
 def test_the_gate_refuses_a_heading_that_diverged_or_begins_elsewhere(plan: Plan) -> None:
     proven = prove(plan.best.trajectory, problem_with())
     assert not control_of(proven).flags.writeable
-    far = dataclasses.replace(proven, heading_control_rad=1e9 + control_of(proven))
+    far = Trajectory(proven.control_points_m, proven.knot_interval_s, 0.0, 1e9 + control_of(proven))
     with pytest.raises(GateRefused, match="rad: the solve diverged"):
         prove(far, problem_with())
     heading = planned(proven, np.zeros(1))
