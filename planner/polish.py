@@ -63,6 +63,11 @@ def explored(
     return np.asarray(state.particles), int(state.index)
 
 
+def parted(particles: Particles, seed: int) -> Particles:
+    """The set with candidates that coincide moved apart: polished each on its own, they would end alike."""
+    return np.asarray(_parted(jnp.asarray(particles, jnp.float32), jax.random.key(seed)))
+
+
 def polished(
     scene: Scene,
     particles: Particles,
@@ -88,6 +93,11 @@ def polished(
         metrics = np.asarray(info.ergodic_metric)
         after_round(float(metrics[np.isfinite(metrics)].min(initial=np.inf)))
     return np.asarray(state.free), steps
+
+
+@eqx.filter_jit
+def _parted(particles: Float[Array, "particle free axis"], key: Array) -> Float[Array, "particle free axis"]:
+    return stein.separated(particles, key)
 
 
 @eqx.filter_jit

@@ -22,7 +22,7 @@ from planner.free_space import FreeSpace
 from planner.judging import Judge, at_middles, better
 from planner.lawnmower import best_lawnmower
 from planner.plan import Candidate, Plan, Status
-from planner.polish import STEIN_CHUNKS, STEIN_STEPS_PER_CHUNK, Particles, Round, explored, polished
+from planner.polish import STEIN_CHUNKS, STEIN_STEPS_PER_CHUNK, Particles, Round, explored, parted, polished
 from planner.problem import Method, Options, Problem
 from planner.rerouting import rerouted
 from planner.scene import TURN_RAD, Scene, free_from_control, knots_for, scene_of, trajectory_of
@@ -217,7 +217,7 @@ class _Work:
             self._refine(others)
 
     def _refine(self, seeds: Particles) -> None:
-        particles = seeds
+        particles = parted(seeds, self.options.seed) if self.warm else seeds
         if self.options.candidates > 1 and not self.warm and not self.budget.is_over():
             self.progress(Progress("stein", 0.05))
             chunks = self.budget.chunks(STEIN_CHUNKS, STEIN_STEPS_PER_CHUNK, STEIN_SHARE)

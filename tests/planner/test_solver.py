@@ -11,7 +11,10 @@ from planner import gate, solver
 from planner.information import gaussians, uniform
 from planner.obstacles import Box, Cylinder, ObstacleField, Sphere
 from planner.plan import Candidate, Status
+from planner.polish import STEIN_CHUNKS, explored, parted
 from planner.problem import Covered, Kernel, Limits, Method, MetricWeights, Options, Problem
+from planner.scene import free_from_control, knots_for, scene_of
+from planner.seeds import seed_paths, spline_from_path
 from planner.solver import Progress, solve
 from planner.spectral_metric import mean_basis
 from planner.trajectory import Motion, Trajectory, interpolating
@@ -196,6 +199,46 @@ def test_no_candidate_ends_worse_than_the_seed_it_grew_from() -> None:
         if seed.feasible:
             assert candidate.feasible
             assert candidate.cost <= seed.cost
+
+
+def test_warm_candidates_that_coincide_are_parted_and_no_others(plan) -> None:
+    rest = plan.best.trajectory.from_knot(10)
+    left = problem_with(start=rest.motion_at(rest.start_s), duration_s=rest.duration_s)
+    options = dataclasses.replace(OPTIONS, candidates=2, time_step_s=rest.duration_s / (2 * rest.segments))
+    first, second = solve(left, options, warm_start=[rest, rest]).candidates
+    assert first.feasible
+    assert second.feasible
+    apart_m = np.abs(first.trajectory.control_points_m - second.trajectory.control_points_m).max()
+    assert apart_m > 1.0
+    # What does not coincide with an earlier one is not touched.
+    free = np.stack([rest.control_points_m, rest.control_points_m, rest.control_points_m[::-1]]) / 100.0
+    moved = np.abs(parted(free, 0) - free).max(axis=(1, 2))
+    np.testing.assert_allclose(moved[[0, 2]], 0.0, atol=1e-6)
+    assert moved[1] > 1e-3
+
+
+def test_the_kernel_decides_how_the_set_moves() -> None:
+    options = dataclasses.replace(OPTIONS, candidates=3)
+    scene = scene_of(problem_with(), options, *knots_for(problem_with(), options))
+    paths = [seed.points_m for seed in seed_paths(problem_with(), 3, np.random.default_rng(0))]
+    segments, _ = knots_for(problem_with(), options)
+    control = [BOX.unit_from_enu(spline_from_path(path, problem_with(), segments)) for path in paths]
+    seeds = np.clip(free_from_control(np.stack(control)), 0.0, 1.0)
+
+    def moved(kernel: Kernel) -> np.ndarray:
+        return explored(scene, seeds, kernel, 0, [None] * STEIN_CHUNKS)[0]
+
+    def apart(particles: np.ndarray) -> float:
+        return float(np.mean([np.linalg.norm(particles[i] - particles[j]) for i in range(3) for j in range(i)]))
+
+    sets = {kernel: moved(kernel) for kernel in (Kernel.MARKOV, Kernel.SIGNATURE, Kernel.IDENTITY, Kernel.CONSTANT)}
+    for one, other in itertools.combinations(sets.values(), 2):
+        assert np.abs(one - other).max() > 0.05
+    # Alike for all, a step is no search: nothing distinguishes one candidate from another but where it began.
+    np.testing.assert_allclose(np.ptp(sets[Kernel.CONSTANT] - seeds, axis=0), 0.0, atol=1e-5)
+    # Without repulsion they move each on its own; with it they end farther apart.
+    assert np.ptp(sets[Kernel.IDENTITY] - seeds, axis=0).max() > 0.05
+    assert apart(sets[Kernel.MARKOV]) > 1.2 * apart(sets[Kernel.IDENTITY])
 
 
 @pytest.mark.parametrize("kernel", [Kernel.MARKOV, Kernel.IDENTITY, Kernel.CONSTANT, Kernel.SIGNATURE])
