@@ -15,6 +15,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from planner import augmented_lagrangian, stein
+from planner.priors import Prior
 from planner.problem import Kernel
 from planner.scene import Scene
 
@@ -41,7 +42,7 @@ class Round:
 
 
 def explored(
-    scene: Scene, particles: Particles, kernel: Kernel, seed: int, chunks: Iterable[None]
+    scene: Scene, particles: Particles, kernel: Kernel, seed: int, chunks: Iterable[None], prior: Prior | None = None
 ) -> tuple[Particles, int]:
     """The set after Stein steps, all candidates together under soft penalties.
 
@@ -52,14 +53,15 @@ def explored(
         seed: Of the noise that parts candidates which coincide.
         chunks: `STEIN_STEPS_PER_CHUNK` steps for each; the next is asked for when the last is done. Annealing ends with
             the last of `STEIN_CHUNKS`.
+        prior: How likely it is that they get so far from where they begin; None: they get as far as they like.
 
     Returns:
         The candidates and the steps taken.
     """
-    smooth = jnp.asarray(stein.smoother(particles.shape[1]))
-    state, reference = _begin_exploring(scene, jnp.asarray(particles, jnp.float32), jax.random.key(seed))
+    smooth, begins = jnp.asarray(stein.smoother(particles.shape[1])), jnp.asarray(particles, jnp.float32)
+    state, reference = _begin_exploring(scene, begins, jax.random.key(seed))
     for _ in chunks:
-        state = jax.block_until_ready(_explore(scene, state, reference, smooth, kernel))
+        state = jax.block_until_ready(_explore(scene, state, reference, smooth, kernel, begins, prior))
     return np.asarray(state.particles), int(state.index)
 
 
@@ -110,14 +112,21 @@ def _begin_exploring(
 
 @eqx.filter_jit
 def _explore(
-    scene: Scene, state: stein.State, reference: Float[Array, "particle"], smooth: Array, kernel: Kernel
+    scene: Scene,
+    state: stein.State,
+    reference: Float[Array, "particle"],
+    smooth: Array,
+    kernel: Kernel,
+    begins: Float[Array, "particle free axis"],
+    prior: Prior | None,
 ) -> stein.State:
 
-    def score(free: Array, reference: Array) -> Array:
-        return -jax.grad(lambda free: augmented_lagrangian.penalised(scene, free, reference, STEIN_PENALTY))(free)
+    def log_posterior(free: Array, reference: Array, begin: Array) -> Array:
+        likelihood = -augmented_lagrangian.penalised(scene, free, reference, STEIN_PENALTY)
+        return likelihood if prior is None else likelihood + prior.log_density(free - begin)
 
     def body(state: stein.State, _: None) -> tuple[stein.State, None]:
-        scores = jax.vmap(score)(state.particles, reference)
+        scores = jax.vmap(jax.grad(log_posterior))(state.particles, reference, begins)
         return stein.step(state, scores, kernel, smooth, STEIN_STEPS, wraps=scene.has_headings), None
 
     state, _ = jax.lax.scan(body, state, None, length=STEIN_STEPS_PER_CHUNK)

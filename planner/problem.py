@@ -11,6 +11,7 @@ from jaxtyping import Float
 from planner.effort import Search
 from planner.information import DensityGrid
 from planner.obstacles import ObstacleField
+from planner.priors import Prior
 from planner.trajectory import Motion, Turning
 from planner.workspace import Workspace
 
@@ -78,7 +79,7 @@ class Problem:
 
     Attributes:
         workspace: The box, local ENU metres; paths never leave it.
-        information: Where time should be spent, over the workspace.
+        information: Where time should be spent, over the workspace; cut out beforehand what cannot be reached.
         obstacles: What to stay away from (no-fly volumes too).
         limits: What the vehicle can do.
         start: Motion at the first moment.
@@ -191,6 +192,8 @@ class Options:
         method: The product's own optimiser, or the paper's recipe.
         time_step_s: Time between the samples of the metric; None: chosen from the duration.
         seed: Of every random number.
+        knot_prior: p(x) of the Stein steps, of how far the free control points (unit cube) are from the seed that they
+            grew from; None: every path is as likely, as one that is held to its seed covers little.
 
     Raises:
         ValueError: A count below one, a time step that is not positive, or a heading to explore without a metric of
@@ -206,6 +209,7 @@ class Options:
     method: Method = Method.DEFAULT
     time_step_s: float | None = None
     seed: int = 0
+    knot_prior: Prior | None = None
 
     @property
     def explores_headings(self) -> bool:

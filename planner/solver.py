@@ -108,7 +108,7 @@ def solve(
             work.refine(seeds)
         case Method.SVES:
             chunks = budget.chunks(sves.CHUNKS, sves.STEPS_PER_CHUNK, 1.0)
-            particles, work.steps = sves.descended(work.scene, seeds, options.kernel, chunks)
+            particles, work.steps = sves.descended(work.scene, seeds, options.kernel, chunks, options.knot_prior)
             work.offer(particles)
     progress(Progress("gate", 0.95))
     return work.plan()
@@ -221,7 +221,8 @@ class _Work:
         if self.options.candidates > 1 and not self.warm and not self.budget.is_over():
             self.progress(Progress("stein", 0.05))
             chunks = self.budget.chunks(STEIN_CHUNKS, STEIN_STEPS_PER_CHUNK, STEIN_SHARE)
-            particles, taken = explored(self.scene, particles, self.options.kernel, self.options.seed, chunks)
+            options = self.options
+            particles, taken = explored(self.scene, particles, options.kernel, options.seed, chunks, options.knot_prior)
             self.steps += taken
         stages = self._stages()
         for number, stage in enumerate(stages):

@@ -5,7 +5,7 @@ paper to get any plan at all (see docs/mathematics.md):
 
 1. The obstacle term is max(0, r + margin − d): as printed it attracts.
 2. Penalties and smoothness are means over time: with sums λ = 10, ε = 0.5 diverges and the optimum is a straight line.
-3. The prior only draws the start set: as a gradient term it pins every path to its line.
+3. The prior only draws the start set, unless it is asked for: as a gradient term it pins every path to its line.
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from jaxtyping import Array, Float
 
 from planner import stein
 from planner.polish import Particles
+from planner.priors import Prior
 from planner.problem import Kernel
 from planner.scene import Scene
 
@@ -44,26 +45,43 @@ def loss(scene: Scene, free: Float[Array, "free axis"]) -> Float[Array, ""]:
     )
 
 
-def descended(scene: Scene, seeds: Particles, kernel: Kernel, chunks: Iterable[None]) -> tuple[Particles, int]:
+def descended(
+    scene: Scene, seeds: Particles, kernel: Kernel, chunks: Iterable[None], prior: Prior | None = None
+) -> tuple[Particles, int]:
     """The set after `STEPS_PER_CHUNK` steps for each chunk; the next is asked for when the last is done.
+
+    Args:
+        scene: What the candidates are measured against.
+        seeds: Their free control points, unit cube.
+        kernel: How they repel each other.
+        chunks: As many as there is time for.
+        prior: How likely it is that they get so far from their seeds; None: as far as they like.
 
     Returns:
         The candidates' free control points and the steps taken.
     """
-    particles = jnp.asarray(seeds, jnp.float32)
+    particles = begins = jnp.asarray(seeds, jnp.float32)
     steps = 0
     for _ in chunks:
-        particles = jax.block_until_ready(_chunk(scene, particles, kernel))
+        particles = jax.block_until_ready(_chunk(scene, particles, kernel, begins, prior))
         steps += STEPS_PER_CHUNK
     return np.asarray(particles), steps
 
 
 @eqx.filter_jit
 def _chunk(
-    scene: Scene, particles: Float[Array, "particle free axis"], kernel: Kernel
+    scene: Scene,
+    particles: Float[Array, "particle free axis"],
+    kernel: Kernel,
+    begins: Float[Array, "particle free axis"],
+    prior: Prior | None,
 ) -> Float[Array, "particle free axis"]:
+    def log_posterior(free: Array, begin: Array) -> Array:
+        likelihood = -INVERSE_TEMPERATURE * loss(scene, free)
+        return likelihood if prior is None else likelihood + prior.log_density(free - begin)
+
     def body(particles: Array, _: None) -> tuple[Array, None]:
-        score = -INVERSE_TEMPERATURE * jax.vmap(jax.grad(lambda free: loss(scene, free)))(particles)
+        score = jax.vmap(jax.grad(log_posterior))(particles, begins)
         return stein.sves_step(particles, score, kernel, STEP_SIZE, wraps=scene.has_headings), None
 
     particles, _ = jax.lax.scan(body, particles, None, length=STEPS_PER_CHUNK)

@@ -7,13 +7,14 @@ import jax
 import numpy as np
 import pytest
 
-from planner import gate, solver
+from planner import gate, solver, sves
 from planner.information import gaussians, uniform
 from planner.obstacles import Box, Cylinder, ObstacleField, Sphere
 from planner.plan import Candidate, Status
 from planner.polish import STEIN_CHUNKS, explored, parted
+from planner.priors import GaussianPrior, Prior, ScalePrior, WalkPrior
 from planner.problem import Covered, Kernel, Limits, Method, MetricWeights, Options, Problem
-from planner.scene import free_from_control, knots_for, scene_of
+from planner.scene import Scene, free_from_control, knots_for, scene_of
 from planner.seeds import seed_paths, spline_from_path
 from planner.solver import Progress, solve
 from planner.spectral_metric import mean_basis
@@ -217,13 +218,17 @@ def test_warm_candidates_that_coincide_are_parted_and_no_others(plan) -> None:
     assert moved[1] > 1e-3
 
 
-def test_the_kernel_decides_how_the_set_moves() -> None:
-    options = dataclasses.replace(OPTIONS, candidates=3)
-    scene = scene_of(problem_with(), options, *knots_for(problem_with(), options))
-    paths = [seed.points_m for seed in seed_paths(problem_with(), 3, np.random.default_rng(0))]
-    segments, _ = knots_for(problem_with(), options)
+def scene_and_seeds(count: int, **changes: object) -> tuple[Scene, np.ndarray]:
+    """What Stein steps are given."""
+    segments, per_segment = knots_for(problem_with(), OPTIONS)
+    paths = [seed.points_m for seed in seed_paths(problem_with(), count, np.random.default_rng(0))]
     control = [BOX.unit_from_enu(spline_from_path(path, problem_with(), segments)) for path in paths]
-    seeds = np.clip(free_from_control(np.stack(control)), 0.0, 1.0)
+    scene = scene_of(problem_with(**changes), OPTIONS, segments, per_segment)
+    return scene, np.clip(free_from_control(np.stack(control)), 0.0, 1.0)
+
+
+def test_the_kernel_decides_how_the_set_moves() -> None:
+    scene, seeds = scene_and_seeds(3)
 
     def moved(kernel: Kernel) -> np.ndarray:
         return explored(scene, seeds, kernel, 0, [None] * STEIN_CHUNKS)[0]
@@ -239,6 +244,36 @@ def test_the_kernel_decides_how_the_set_moves() -> None:
     # Without repulsion they move each on its own; with it they end farther apart.
     assert np.ptp(sets[Kernel.IDENTITY] - seeds, axis=0).max() > 0.05
     assert apart(sets[Kernel.MARKOV]) > 1.2 * apart(sets[Kernel.IDENTITY])
+
+
+@pytest.mark.parametrize(
+    ("method", "firm"),
+    [
+        (Method.DEFAULT, GaussianPrior(0.5)),
+        (Method.DEFAULT, ScalePrior(1.0, 10.0)),
+        (Method.SVES, GaussianPrior(1.0)),
+        (Method.SVES, ScalePrior(1.0, 200.0)),
+    ],
+)
+def test_a_prior_on_the_knots_holds_paths_to_their_seeds_as_firmly_as_it_says(method: Method, firm: Prior) -> None:
+    # The paper's plain steps diverge where limits are narrow.
+    scene, seeds = scene_and_seeds(2, limits=Limits(30.0, 30.0, 30.0, 40.0))
+
+    def moved(prior: Prior | None) -> float:
+        if method is Method.SVES:
+            found, _ = sves.descended(scene, seeds, Kernel.IDENTITY, [None], prior)
+        else:
+            found, _ = explored(scene, seeds, Kernel.IDENTITY, 0, [None] * STEIN_CHUNKS, prior)
+        return float(np.sqrt(np.mean((found - seeds) ** 2)))
+
+    free_m = moved(None)
+    assert moved(GaussianPrior(1e3)) == pytest.approx(free_m, rel=0.05)
+    assert moved(firm) < 0.9 * free_m
+
+
+def test_a_prior_on_the_knots_is_an_option_of_a_solve() -> None:
+    options = dataclasses.replace(OPTIONS, candidates=2, knot_prior=WalkPrior(0.1, 0.02))
+    assert solve(problem_with(), options).selected is not None
 
 
 @pytest.mark.parametrize("kernel", [Kernel.MARKOV, Kernel.IDENTITY, Kernel.CONSTANT, Kernel.SIGNATURE])
