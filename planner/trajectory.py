@@ -17,7 +17,6 @@ is planned with the path is a spline of the same kind, over the same knots.
 from __future__ import annotations
 
 import dataclasses
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -231,30 +230,3 @@ def control_points_at_start(motion: Motion, knot_interval_s: float) -> Float[np.
 def heading_control_at_start(turning: Turning, knot_interval_s: float) -> Float[np.ndarray, "3"]:
     """The first three control points of a heading that begins as the vehicle turns, its rate at first constant."""
     return turning.yaw_rad + knot_interval_s * turning.yaw_rate_radps * np.array([-1.0, 0.0, 1.0])
-
-
-def interpolating(
-    points_m: Float[np.ndarray, "knot 3"], knot_interval_s: float, start: Motion, start_s: float = 0.0
-) -> Trajectory:
-    """The spline through points at its knots that starts with a given motion and ends at rest.
-
-    Args:
-        points_m: Shape (knot, 3), two or more; the first is replaced by the start's position.
-        knot_interval_s: Time between the points.
-        start: Motion at the first point; its acceleration is kept only where the spline can keep it.
-        start_s: Time of the first point.
-
-    Returns:
-        A trajectory of len(points) − 1 segments. The ends are clamped in velocity.
-    """
-    from scipy.interpolate import CubicSpline
-
-    points = np.array(points_m, dtype=float)
-    points[0] = start.position_m
-    times = np.arange(len(points)) * knot_interval_s
-    clamped: Any = ((1, start.velocity_mps), (1, np.zeros(3)))
-    curvature = CubicSpline(times, points, bc_type=clamped)(times, 2)
-    inner = points - curvature * knot_interval_s**2 / 6.0
-    first = inner[1] - 2.0 * knot_interval_s * start.velocity_mps
-    last = inner[-2]
-    return Trajectory(np.vstack([first, inner, last]), knot_interval_s, start_s)

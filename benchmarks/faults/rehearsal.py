@@ -117,9 +117,9 @@ def problem() -> Problem:
 
 
 @functools.cache
-def along_corners(count: int = len(CORNERS)) -> ProvenTrajectory:
-    """The proven curve from corner to corner, or to so many of them."""
-    curve = along(CORNERS[:count], problem().limits)
+def along_corners() -> ProvenTrajectory:
+    """The proven curve from corner to corner."""
+    curve = along(CORNERS, problem().limits)
     asked = dataclasses.replace(problem(), start=curve.motion_at(0.0), duration_s=curve.duration_s, end_position_m=None)
     return gate.prove(curve, asked)
 

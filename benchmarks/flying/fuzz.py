@@ -21,7 +21,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.faults.rehearsal import CORNERS, along_corners, mission, problem
+from benchmarks.faults.rehearsal import along_corners, mission, problem
 from benchmarks.timing import machine
 from mission.executive.events import (
     Assignment,
@@ -39,6 +39,7 @@ from mission.flying.flight_rules import energy_of, monitors_of
 from sim_bridge.codec import mavlink
 from sim_bridge.dialects import Autopilot
 from sim_bridge.link.client import Link
+from tests.mission.proven import proven
 from tests.sim_bridge.test_fuzz import VEHICLE, frame, fuzz
 from tests.sim_bridge.test_fuzz_plans import ROUNDS, fuzz_plans
 
@@ -187,7 +188,7 @@ def client(frames: int) -> tuple[int, int, int]:
                         case RunChecks():
                             executive.receive(Checked(()), now_s)
                         case FindWay(start_m=start_m, end_m=end_m):
-                            way = along(np.array([start_m, end_m]), problem().limits)
+                            way = proven(along(np.array([start_m, end_m]), problem().limits))
                             executive.receive(WayFound(action, way), now_s)
                         case _:
                             pass

@@ -153,7 +153,7 @@ class CourseKeeper:
         """Where the exploration is taken up."""
         return vector(self.exploration.motion_at(self.rejoin_s).position_m)
 
-    def begins_here(self, way: Trajectory) -> bool:
+    def begins_here(self, way: ProvenTrajectory) -> bool:
         """Whether a way begins where the course comes to a standstill."""
         if self.course is None:
             return False
@@ -164,7 +164,7 @@ class CourseKeeper:
         """Whether the course has come to a standstill."""
         return self.course is not None and self.course.stands(now_s)
 
-    def stands_at_start_of(self, trajectory: Trajectory) -> bool:
+    def stands_at_start_of(self, trajectory: ProvenTrajectory) -> bool:
         """Whether a curve begins where the course comes to a standstill."""
         if self.course is None:
             return False

@@ -124,7 +124,7 @@ class FlightLoop:
         # What the flight waits for does not wait for what is reckoned beside it.
         self._jobs = concurrent.futures.ThreadPoolExecutor(1, thread_name_prefix="checks")
         self._reckoner = concurrent.futures.ThreadPoolExecutor(1, thread_name_prefix="way home")
-        self._reckoning: concurrent.futures.Future[Trajectory] | None = None
+        self._reckoning: concurrent.futures.Future[ProvenTrajectory] | None = None
         self._reckoned_from: FindWay | None = None
         self._reckoned_s = -math.inf
         self._interrupts = 0

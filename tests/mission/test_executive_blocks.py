@@ -12,6 +12,7 @@ from mission.flying.ways import along
 from planner.obstacles import ObstacleField, Sphere
 from planner.trajectory import Trajectory
 from sim_bridge.state import FlightMode
+from tests.mission.proven import proven
 from tests.mission.rehearsed_flight import KNOWN, LIMITS, Flight, largest_jump_mps
 
 RADIUS_M = 2.0
@@ -51,7 +52,7 @@ def test_a_blocked_course_is_flown_up_to_the_block_and_no_further():
     assert flight.phase is Phase.HOLDING
     stop = flight.executive.course.stop_position()
     flight.learn()
-    flight.tell(NewCourse(along(np.array([stop, [20.0, 20.0, 10.0]]), LIMITS)))
+    flight.tell(NewCourse(proven(along(np.array([stop, [20.0, 20.0, 10.0]]), LIMITS))))
     assert flight.phase is Phase.FOLLOWING
     assert flight.run().phase is Phase.LANDED
     assert min(apart) >= KEPT_M
@@ -116,7 +117,7 @@ def test_a_replan_that_begins_behind_the_block_does_not_make_it_forgotten():
     here_s = course.at(flight.now_s).curve_s
     apart = learn(flight, ahead(flight, 6.0))
     knot = int(np.ceil((here_s + 9.0 - old.start_s) / old.knot_interval_s))
-    flight.tell(NewCourse(old.from_knot(knot)))
+    flight.tell(NewCourse(proven(old.from_knot(knot))))
     assert flight.executive.exploration is old
     flight.run_to(Phase.HOLDING).run_for(10.0)
     assert flight.executive.held_by_block
@@ -168,7 +169,7 @@ def test_an_answer_to_an_earlier_question_is_none_to_this():
     flight.run_to(Phase.ENTERING)
     old = flight.executive._machine.wanted
     assert old is not None
-    answered.append(WayFound(old, along(np.array([old.start_m, old.end_m]), LIMITS)))
+    answered.append(WayFound(old, proven(along(np.array([old.start_m, old.end_m]), LIMITS))))
     flight.run_for(0.5)
     flight.vehicle.set_mode(FlightMode.PILOT, flight.now_s)
     flight.run_to(Phase.OVERRIDDEN)
@@ -188,7 +189,7 @@ def test_a_way_that_begins_elsewhere_is_not_flown():
     flight.answers = []
     wanted = flight.executive._machine.wanted
     assert wanted is not None
-    flight.tell(WayFound(wanted, along(np.array([[0.0, 30.0, 10.0], wanted.end_m]), LIMITS)))
+    flight.tell(WayFound(wanted, proven(along(np.array([[0.0, 30.0, 10.0], wanted.end_m]), LIMITS))))
     assert flight.phase is Phase.VEHICLE_RETURN
     assert "begins elsewhere" in flight.said[-1]
 

@@ -6,6 +6,7 @@ from mission.executive.events import Checked, FlightMethod, MissionPlace
 from mission.executive.phases import Phase
 from mission.mission_items import Command, item_times_s, mission_items
 from sim_bridge.state import MissionProgress
+from tests.mission.proven import proven
 from tests.mission.rehearsed_flight import Flight
 
 
@@ -26,7 +27,7 @@ def test_a_mission_that_is_flown_more_slowly_is_explored_up_to_a_later_moment():
     flight = Flight(method=FlightMethod.MISSION, item_times_s=(0.0, 4.0, 15.0))
     flight.places = places = (MissionPlace(1, (10.0, 0.0, 10.0)), MissionPlace(2, (20.0, 0.0, 10.0)))
     flight.run_to(Phase.CHECKING)
-    slowed = flight.executive.exploration.slowed(2.0)
+    slowed = proven(flight.executive.exploration.slowed(2.0))
     flight.answers = [dataclasses.replace(Checked((), places=places), exploration=slowed)]
     flight.run_to(Phase.AUTO_MISSION)
     flight.tell(MissionProgress(1, 2))

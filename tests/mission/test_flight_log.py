@@ -116,7 +116,7 @@ def test_a_flight_whose_second_header_is_lost_is_read_with_its_times_in_order(tm
 def test_without_its_last_course_a_flight_goes_on_along_the_one_before(tmp_path):
     recorder = write(tmp_path)
     shifted = dataclasses.replace(CURVE.from_knot(10), control_points_m=CURVE.from_knot(10).control_points_m + 1.0)
-    recorder.course(9.5, recorder.keep(shifted).result(), "replan")
+    recorder.course(9.5, recorder.keep(proven(shifted)).result(), "replan")
     recorder.close()
     path = tmp_path / "course-001.json"
     assert course_at(read_flight_log(tmp_path), 9.8).start_s == shifted.start_s
@@ -129,7 +129,7 @@ def test_without_its_last_course_a_flight_goes_on_along_the_one_before(tmp_path)
 
 def test_a_slowed_course_that_is_lost_is_made_again_from_the_one_that_was_slowed(tmp_path):
     recorder = write(tmp_path)
-    recorder.course(0.0, recorder.keep(CURVE.slowed(1.7)).result(), "slowed")
+    recorder.course(0.0, recorder.keep(proven(CURVE.slowed(1.7))).result(), "slowed")
     recorder.close()
     (tmp_path / "course-001.json").unlink()
     (_, made) = read_flight_log(tmp_path).courses[1]

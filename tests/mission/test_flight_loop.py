@@ -1,7 +1,6 @@
 """The loop of a flight: what Ctrl-C means, jobs that break off, and the loop itself that does."""
 
 import concurrent.futures
-import dataclasses
 import time
 from types import SimpleNamespace
 
@@ -18,6 +17,7 @@ from mission.flying.replanning import Verdict
 from mission.flying.ways import along
 from sim_bridge.link.inbox import Timed
 from sim_bridge.state import Command, CommandDone, FlightMode
+from tests.mission.proven import proven
 from tests.mission.rehearsed_flight import LIMITS, Flight
 
 
@@ -67,7 +67,7 @@ def test_how_long_the_way_home_takes_is_reckoned_beside_the_flight_and_again_whe
         def find_way(self, wanted):
             asked.append(wanted)
             corners = [wanted.start_m, (0.0, 2000.0, 10.0), wanted.end_m]
-            return along(np.array(corners), LIMITS)
+            return proven(along(np.array(corners), LIMITS))
 
     asked = []
     flight = Flight().exploring()
@@ -250,7 +250,7 @@ def offered_a_plan():
     executive = flight.executive
     old = executive.exploration
     knot = int((executive.course.at(flight.now_s).curve_s + 4.0 - old.start_s) / old.knot_interval_s)
-    new = dataclasses.replace(old.from_knot(knot))
+    new = proven(old.from_knot(knot))
     log, belief = Keeping(), SimpleNamespace(problem=object())
     clock = FlightClock(time.monotonic())
     loop = FlightLoop(executive, Vehicle(), clock, Notes(), log, belief, Answered(new), None, Watcher())

@@ -412,6 +412,8 @@ def test_memory_is_the_mean_over_everything_flown_however_it_was_put_together():
     parts = [covered_by(part, len(part) * INTERVAL_S, PROBLEM, MODES) for part in (places[:half], places[half:])]
     both = together(*parts)
     assert both is not None
+    np.testing.assert_array_equal(both.places, whole.places)
+    assert both is not None
     assert both.duration_s == pytest.approx(whole.duration_s)
     assert both.mean_basis == pytest.approx(whole.mean_basis)
     assert together(None, whole) is whole

@@ -24,7 +24,7 @@ RUN = CliRunner()
 
 def flown(folder, planned, explored_s, *phases):
     """The folder of a flight that explored so far, and ended in the last of some phases."""
-    curve = planned.plan.best.trajectory
+    curve = planned.plan.best.proven
     recorder = Recorder(folder, {"name": "flown", "link": "udp://127.0.0.1:14999", "mode": "offboard"})
     recorder.course(0.0, recorder.keep(curve).result(), "plan")
     for number, phase in enumerate(phases):

@@ -6,10 +6,9 @@ import math
 import numpy as np
 import pytest
 
-from mission.findings import InputError
 from mission.flying import resuming
 from mission.flying.flight_folder import MISSION_NAME, read_flight_folder
-from mission.flying.recorder import Recorder
+from mission.flying.recorder import LOG_NAME, Recorder
 from mission.flying.resuming import resumption
 from planner.gate import ProvenTrajectory
 from planner.plan import Status
@@ -85,10 +84,32 @@ def test_a_curve_that_was_changed_on_the_disk_is_not_flown(interrupted, change, 
     assert left.planned is None, "the curve on the disk was taken as it lies there"
 
 
-def test_a_curve_of_numbers_that_mean_nothing_is_refused(interrupted):
+def test_a_vehicle_that_is_only_to_be_brought_home_is_not_held_up_by_what_is_in_the_way_of_its_exploration(interrupted):
+    file = interrupted / COURSE
+    course = json.loads(file.read_text())
+    # Into the pillar, where the gate would refuse it.
+    course["control_points_enu_m"][-3:] = [[50.0, 40.0, 14.0]] * 3
+    file.write_text(json.dumps(course))
+    end_s = read_flight_folder(interrupted).log.courses[0][1].end_s
+    with (interrupted / LOG_NAME).open("a") as log:
+        log.write(json.dumps({"kind": "progress", "t": 70.0, "explored_s": end_s}) + "\n")
+        log.write(json.dumps({"kind": "phase", "t": 71.0, "phase": "returning", "why": ""}) + "\n")
+    left = resumption(read_flight_folder(interrupted))
+    assert left is not None
+    assert left.left.only_home
+    stands = left.planned.plan.best.proven
+    assert stands.end_s == pytest.approx(end_s)
+    assert np.ptp(stands.control_points_m, axis=0).max() == 0.0
+    # What is known counts for the way home.
+    assert not left.planned.problem.obstacles.is_empty
+
+
+def test_a_curve_of_numbers_that_mean_nothing_is_not_flown_on(interrupted):
     file = interrupted / COURSE
     course = json.loads(file.read_text())
     course["control_points_enu_m"][9][0] = float("nan")
     file.write_text(json.dumps(course))
-    with pytest.raises(InputError, match="finite"):
-        read_flight_folder(interrupted)
+    flight = read_flight_folder(interrupted)
+    assert flight.log.courses == ()
+    with pytest.raises(ValueError, match="no course"):
+        resumption(flight)

@@ -6,7 +6,8 @@ from hypothesis import strategies as st
 
 from mission.waypoints import legs_clear, waypoints_along
 from planner.obstacles import Cylinder, ObstacleField
-from planner.trajectory import Motion, Trajectory, interpolating
+from planner.trajectory import Motion, Trajectory
+from tests.interpolating import interpolating
 
 NOTHING = lambda points: np.full(len(points), 1e6)  # noqa: E731
 

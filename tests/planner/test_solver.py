@@ -18,8 +18,9 @@ from planner.scene import Scene, free_from_control, knots_for, scene_of
 from planner.seeds import seed_paths, spline_from_path
 from planner.solver import Progress, solve
 from planner.spectral_metric import mean_basis
-from planner.trajectory import Motion, Trajectory, interpolating
+from planner.trajectory import Motion, Trajectory
 from planner.workspace import Workspace
+from tests.interpolating import interpolating
 
 BOX = Workspace(np.array([0.0, 0.0, 5.0]), np.array([60.0, 40.0, 15.0]))
 OPTIONS = Options(candidates=4, modes=(8, 8, 1), kernel=Kernel.RBF)

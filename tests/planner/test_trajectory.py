@@ -6,7 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.interpolate import BSpline
 
-from planner.trajectory import Motion, Trajectory, control_points_at_start, interpolating
+from planner.trajectory import Motion, Trajectory, control_points_at_start
+from tests.interpolating import interpolating
 
 
 @pytest.fixture
