@@ -154,7 +154,7 @@ class CourseKeeper:
         return vector(self.exploration.motion_at(self.rejoin_s).position_m)
 
     def begins_here(self, way: ProvenTrajectory) -> bool:
-        """Whether a way begins where the course comes to a standstill."""
+        """Whether a curve begins where the course comes to a standstill."""
         if self.course is None:
             return False
         apart_m = way.motion_at(way.start_s).position_m - np.array(self.course.stop_position())
@@ -163,13 +163,6 @@ class CourseKeeper:
     def stands(self, now_s: float) -> bool:
         """Whether the course has come to a standstill."""
         return self.course is not None and self.course.stands(now_s)
-
-    def stands_at_start_of(self, trajectory: ProvenTrajectory) -> bool:
-        """Whether a curve begins where the course comes to a standstill."""
-        if self.course is None:
-            return False
-        start_m = trajectory.motion_at(trajectory.start_s).position_m
-        return float(np.abs(start_m - np.asarray(self.course.stop_position())).max()) < _SAME_PLACE_M
 
     def finished(self, now_s: float) -> bool:
         """Whether the course has come to its end."""

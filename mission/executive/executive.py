@@ -311,7 +311,7 @@ class Executive:
         course = self.course
         if course is None:
             return
-        if self.held_by_block and course.stands(now_s) and self._keeper.stands_at_start_of(trajectory):
+        if self.held_by_block and course.stands(now_s) and self._keeper.begins_here(trajectory):
             self._keeper.begin_anew(trajectory, now_s)
             self._fire(Trigger.UNBLOCKED, now_s)
         elif self.phase is Phase.FOLLOWING and course.at(now_s).curve_s < trajectory.start_s:

@@ -143,7 +143,7 @@ def test_the_loop_does_not_wait_for_what_is_taken_in():
 
     flight = Flight().exploring()
     recorder = SimpleNamespace(write=lambda *_, **__: None)
-    streamer = SimpleNamespace(follow=lambda _: None)
+    streamer = SimpleNamespace(follow=lambda _: None, renew=lambda: None)
     link = SimpleNamespace(withdraw=lambda: None)
     loop = FlightLoop(flight.executive, link, None, streamer, recorder, None, None, SlowGround(), Watcher())
     loop._take_pushed(flight.now_s)
