@@ -22,6 +22,8 @@ MOMENTS = 1025
 FIRST_SHARE = 0.88
 WELL_FILLED = 0.9
 FITTING_ROUNDS = 3
+# So many are drawn however little time there is: of different kinds, one is likely to be free.
+FEWEST_DRAWN = 3
 # Where there is no time to draw more, what there is varies by so much of the box, in waves of one half to three halves.
 VARIATION = 0.04
 WAVES = 3
@@ -64,14 +66,14 @@ def seed_paths(
         problem: What to explore.
         count: How many.
         rng: Of every choice left to chance: the same generator state gives the same paths.
-        go_on: Asked before each but the first whether there is time to draw it; the missing ones are variations of
+        go_on: Asked before each but the first few whether there is time to draw it; the missing ones are variations of
             those that were drawn.
     """
     cutter = _Cutter(problem)
     used = dict.fromkeys(Pattern, 0)
     seeds = []
     for pattern in itertools.islice(itertools.cycle(ORDER), count):
-        if seeds and not go_on():
+        if len(seeds) >= FEWEST_DRAWN and not go_on():
             break
         seeds.append(SeedPath(pattern.value, cutter.path(pattern, used[pattern], int(rng.integers(2**32)))))
         used[pattern] += 1

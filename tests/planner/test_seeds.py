@@ -365,12 +365,12 @@ def test_a_polyline_is_cut_at_a_length() -> None:
 def test_without_time_to_draw_more_seeds_those_that_were_drawn_are_varied() -> None:
     problem = open_box()
     asked = itertools.count()
-    seeds = seed_paths(problem, 7, np.random.default_rng(0), go_on=lambda: next(asked) < 2)
-    drawn = seed_paths(problem, 3, np.random.default_rng(0))
-    assert [seed.pattern for seed in seeds] == [drawn[index % 3].pattern for index in range(7)]
+    seeds = seed_paths(problem, 7, np.random.default_rng(0), go_on=lambda: next(asked) < 1)
+    drawn = seed_paths(problem, 4, np.random.default_rng(0))
+    assert [seed.pattern for seed in seeds] == [drawn[index % 4].pattern for index in range(7)]
     for seed, own in zip(seeds, drawn, strict=False):
         np.testing.assert_array_equal(seed.points_m, own.points_m)
-    for seed, source in zip(seeds[3:], itertools.cycle(drawn)):
+    for seed, source in zip(seeds[4:], itertools.cycle(drawn), strict=False):
         aside = np.linalg.norm(seed.points_m - source.points_m, axis=1)
         assert aside[[0, -1]].max() == 0.0
         assert 1.0 < aside.max() < 30.0
