@@ -48,7 +48,7 @@ OVERRIDES = {
     "modes that measure nothing": ("planner.modes=[1, 1, 1]", "planner.modes", "[8, 8, 4]"),
     "too many modes": ("planner.modes=[200, 200, 200]", "planner.modes", "fewer"),
     "fewer samples than are taken": ("planner.samples=8", "planner.samples", "at least 16"),
-    "more samples than are taken": ("planner.samples=5000", "planner.samples", "at most 2048"),
+    "more samples than are taken": ("planner.samples=5000", "planner.samples", "at most 2,048"),
     "a time step of too few samples": ("planner.time_step_s=50", "planner.time_step_s", "write at most 37.5"),
     "a time step of too many samples": ("planner.time_step_s=0.1", "planner.time_step_s", "write at least 0.29"),
     "weights of a metric without": (
