@@ -10,7 +10,6 @@ from __future__ import annotations
 import concurrent.futures
 import contextlib
 import functools
-import math
 import queue
 import time
 from collections.abc import Callable
@@ -36,7 +35,6 @@ from mission.executive.events import (
     Stream,
     StreamFailed,
     WayFound,
-    WayHome,
     Withdraw,
 )
 from mission.executive.executive import Executive
@@ -44,6 +42,7 @@ from mission.executive.phases import ON_COURSE, STREAMING, Phase
 from mission.flying.belief import Belief
 from mission.flying.clock import FlightClock
 from mission.flying.flight_progress import Progress, Watcher
+from mission.flying.home_reckoning import HomeReckoning
 from mission.flying.last_orders import give_last_order
 from mission.flying.pushes import TakenIn
 from mission.flying.recorder import Kept, Recorder
@@ -57,7 +56,6 @@ from sim_bridge.state import CommandDone, MissionProgress, VehicleState
 _WAIT_HOST_S = 0.02
 _SHOW_HOST_S = 0.25
 _LOOK_IN_HOST_S = 0.1
-_RECKON_EVERY_S = 5.0
 _NOTE_PROGRESS_S = 1.0
 
 
@@ -121,19 +119,15 @@ class FlightLoop:
         self._inbox: queue.SimpleQueue[Event] = queue.SimpleQueue()
         self._kept: queue.SimpleQueue[Callable[[float], None]] = queue.SimpleQueue()
         self._keeping = False
-        # What the flight waits for does not wait for what is reckoned beside it.
         self._jobs = concurrent.futures.ThreadPoolExecutor(1, thread_name_prefix="checks")
-        self._reckoner = concurrent.futures.ThreadPoolExecutor(1, thread_name_prefix="way home")
-        self._reckoning: concurrent.futures.Future[ProvenTrajectory] | None = None
-        self._reckoned_from: FindWay | None = None
-        self._reckoned_s = -math.inf
+        self._reckoning = HomeReckoning(lambda wanted: self._ground.find_way(wanted))
         self._interrupts = 0
         self._shown_s = 0.0
         self._noted_s = 0.0
         self._pushes = concurrent.futures.ThreadPoolExecutor(1, thread_name_prefix="pushes")
         self._taking_in: concurrent.futures.Future[list[TakenIn]] | None = None
         self._looked_in_s = 0.0
-        self._reckoned_for = self._planned_for = belief.problem if belief is not None else None
+        self._planned_for = belief.problem if belief is not None else None
         self._log_broken = False
         self._hung_up = False
         self._replans = True
@@ -173,8 +167,8 @@ class FlightLoop:
             raise
         finally:
             self._jobs.shutdown(wait=False, cancel_futures=True)
-            self._reckoner.shutdown(wait=False, cancel_futures=True)
             self._pushes.shutdown(wait=False, cancel_futures=True)
+            self._reckoning.close()
 
     def _break_off(self, error: BaseException) -> None:
         """Nothing here is to be relied on any more: end the stream and have the vehicle look after itself."""
@@ -337,20 +331,9 @@ class FlightLoop:
 
     def _reckon_home(self, now_s: float) -> None:
         """Keep knowing how long the proven way home takes: the charge that it needs is kept for it."""
-        if self._reckoning is not None:
-            if not self._reckoning.done():
-                return
-            found, asked, self._reckoning = self._reckoning, self._reckoned_from, None
-            # From where there is no way the last one counts: what is left of it is not known to be shorter.
-            if found.exception() is None and asked is not None:
-                self._receive(WayHome(asked.start_m, found.result().duration_s), now_s)
-            return
-        learned = self._belief.problem is not self._reckoned_for
-        if not learned and now_s - self._reckoned_s < _RECKON_EVERY_S * max(1.0, self._clock.rate):
-            return
-        if (asked := self.executive.asks_home()) is not None:
-            self._reckoned_for, self._reckoned_s, self._reckoned_from = self._belief.problem, now_s, asked
-            self._reckoning = self._reckoner.submit(self._ground.find_way, asked)
+        if (found := self._reckoning.answer()) is not None:
+            self._receive(found, now_s)
+        self._reckoning.ask(self.executive.asks_home(), self._belief.problem, now_s, self._clock.rate)
 
     # Replans and what is pushed.
 

@@ -52,6 +52,10 @@ def test_a_blocked_course_is_flown_up_to_the_block_and_no_further():
     assert flight.phase is Phase.HOLDING
     stop = flight.executive.course.stop_position()
     flight.learn()
+    # Proven from another place: it would be a jump to there.
+    elsewhere = along(np.array([np.add(stop, [3.0, 0.0, 0.0]), [20.0, 20.0, 10.0]]), LIMITS)
+    flight.tell(NewCourse(proven(elsewhere)))
+    assert flight.phase is Phase.HOLDING
     flight.tell(NewCourse(proven(along(np.array([stop, [20.0, 20.0, 10.0]]), LIMITS))))
     assert flight.phase is Phase.FOLLOWING
     assert flight.run().phase is Phase.LANDED

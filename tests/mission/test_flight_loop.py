@@ -73,9 +73,9 @@ def test_how_long_the_way_home_takes_is_reckoned_beside_the_flight_and_again_whe
     flight = Flight().exploring()
     flight.vehicle.battery = 0.6
     belief = SimpleNamespace(problem=flight.known)
-    loop = FlightLoop(flight.executive, None, SimpleNamespace(rate=1.0), None, None, belief, None, Detour(), None)
+    clock, stream = SimpleNamespace(rate=1.0), Notes()
+    loop = FlightLoop(flight.executive, None, clock, stream, None, belief, None, Detour(), None)
     loop._act = lambda actions, _: flight.act(actions)
-    loop._renew = lambda: None
 
     def reckon():
         count, until = len(asked), time.monotonic() + 20.0
@@ -221,6 +221,9 @@ class Answered:
         request = SimpleNamespace(number=1, switch_s=trajectory.start_s)
         self._answers = [(SimpleNamespace(request=request, solve_s=0.1), Verdict(trajectory, "better"))]
         self.asked = 0
+
+    def hurry(self):
+        pass
 
     def poll(self, executive, now_s):
         return self._answers.pop() if self._answers else None
