@@ -136,10 +136,9 @@ def test_a_new_course_that_leads_into_what_is_known_is_flown_up_to_it():
     switch_s = course.at(flight.now_s).curve_s + 2.0
     old = flight.executive.exploration
     first = int((switch_s - old.start_s) / old.knot_interval_s)
-    turning = np.vstack(
-        [old.control_points_m[first : first + 3], np.linspace([60.0, 5.0, 10.0], [20.0, 20.0, 10.0], 60)]
-    )
-    new = Trajectory(turning, old.knot_interval_s, old.start_s + first * old.knot_interval_s)
+    leg, end = np.linspace([60.0, 5.0, 10.0], [20.0, 20.0, 10.0], 60), np.tile([20.0, 20.0, 10.0], (2, 1))
+    turning = np.vstack([old.control_points_m[first : first + 3], leg, end])
+    new = proven(Trajectory(turning, old.knot_interval_s, old.start_s + first * old.knot_interval_s))
     flight.tell(NewCourse(new))
     assert flight.executive.exploration is new
     flight.run_to(Phase.HOLDING).run_for(10.0)

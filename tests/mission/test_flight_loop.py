@@ -1,6 +1,7 @@
 """The loop of a flight: what Ctrl-C means, jobs that break off, and the loop itself that does."""
 
 import concurrent.futures
+import dataclasses
 import time
 from types import SimpleNamespace
 
