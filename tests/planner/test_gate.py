@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner import gate
-from planner.curve_bounds import bezier_points, derivative, least_along, maximum, squared_norm
+from planner.curve_bounds import bezier_points, derivative, least_along, length_bound, maximum, squared_norm
 from planner.diversity import Diversity
 from planner.gate import LENGTH_RESOLUTION, GateRefused, ProvenTrajectory, inspect, prove
 from planner.gate_report import ViolationKind
@@ -455,3 +455,14 @@ def test_its_tolerances_are_tiny() -> None:
 
 def test_without_obstacles_clearance_is_infinite(curve: Trajectory) -> None:
     assert inspect(curve, problem_of(curve)).min_clearance_m == np.inf
+
+
+def test_the_length_of_a_curve_that_stands_far_from_the_origin_is_told_at_once() -> None:
+    standing = np.tile([1234.567, -9876.543, 33.333], (40, 4, 1))
+    rounded = standing + np.random.default_rng(0).normal(0.0, 2e-12, standing.shape)
+    assert length_bound(standing, LENGTH_RESOLUTION) == 0.0
+    assert length_bound(rounded, LENGTH_RESOLUTION) < 1e-8
+    # One that stands for most of its time and flies then.
+    flying = rounded.copy()
+    flying[-1] = flying[-1, :1] + np.linspace(0.0, 3.0, 4)[:, None] * np.array([1.0, 0.0, 0.0])
+    assert length_bound(flying, LENGTH_RESOLUTION) == pytest.approx(3.0, rel=2e-5)
