@@ -13,6 +13,7 @@ from mission.findings import InputError
 from mission.loading import load
 from mission.plan_output import summary_of
 from planner.trajectory import Trajectory
+from tests.mission.proven import proven
 
 
 def checked(sound, override):
@@ -37,8 +38,10 @@ def test_a_plan_that_loses_to_the_lawnmower_or_stands_still_is_said(planned):
     worse = dataclasses.replace(planned, plan=dataclasses.replace(planned.plan, lawnmower_ergodic_metric=0.001))
     (said,) = summary_of(worse, [])["warnings"]
     assert "a lawnmower of the same length explores better (ergodic metric 0.001, this path 0.02)" in said
-    best = planned.plan.best
-    still = dataclasses.replace(best, report=dataclasses.replace(best.report, length_m=0.5))
+    along = np.concatenate([np.zeros(3), np.linspace(0.0, 0.5, 10), np.full(3, 0.5)])
+    places = np.column_stack([10.0 + along, np.full(len(along), 10.0), np.full(len(along), 30.0)])
+    curve = Trajectory(places, 600.0 / (len(along) - 3))
+    still = dataclasses.replace(planned.plan.best, trajectory=proven(curve))
     standing = dataclasses.replace(planned.plan, candidates=(planned.plan.candidates[0], still))
     (said,) = cautions_about_plan(dataclasses.replace(planned, plan=standing))
     assert "hardly moves (0.5 m in 600 s)" in said
@@ -46,7 +49,7 @@ def test_a_plan_that_loses_to_the_lawnmower_or_stands_still_is_said(planned):
 
 def test_the_least_speed_of_a_wing_is_said_and_the_ends_at_rest_are_not_it(planned):
     speeds = np.concatenate(
-        [np.linspace(0.0, 20.0, 10), [20.0] * 10, [6.0] * 10, [20.0] * 10, np.linspace(20.0, 0.0, 10)]
+        [np.linspace(0.0, 20.0, 10), [20.0] * 10, [6.0] * 10, [20.0] * 10, np.linspace(20.0, 0.0, 10), [0.0] * 2]
     )
     control = np.column_stack([np.cumsum(speeds), np.zeros_like(speeds), np.full_like(speeds, 50.0)])
     curve = Trajectory(control, 1.0)
@@ -56,7 +59,7 @@ def test_the_least_speed_of_a_wing_is_said_and_the_ends_at_rest_are_not_it(plann
     wing = planned.mission.model_copy(
         update={"vehicle": planned.mission.vehicle.model_copy(update={"preset": "fixed-wing"})}
     )
-    best = dataclasses.replace(planned.plan.best, trajectory=curve)
+    best = dataclasses.replace(planned.plan.best, trajectory=proven(curve))
     plan = dataclasses.replace(planned.plan, candidates=(planned.plan.candidates[0], best))
     (said,) = cautions_about_plan(dataclasses.replace(planned, mission=wing, plan=plan))
     assert "its speed falls to 6.0 m/s" in said

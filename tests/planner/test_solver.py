@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from planner import gate, solver, sves
+from planner.gate_report import Violation, ViolationKind
 from planner.information import gaussians, uniform
 from planner.obstacles import Box, Cylinder, ObstacleField, Sphere
 from planner.plan import Candidate, Status
@@ -113,8 +114,9 @@ def test_different_are_those_that_may_be_flown(monkeypatch: pytest.MonkeyPatch) 
         candidate = judged(self, trajectory, pattern)
         if next(offered) % 2 == 0:
             return candidate
-        violation = gate.Violation(gate.ViolationKind.BOX, 1.0, 0.0, 0.0, np.zeros(3), "refused")
-        return dataclasses.replace(candidate, report=dataclasses.replace(candidate.report, violations=(violation,)))
+        violation = Violation(ViolationKind.BOX, 1.0, 0.0, 0.0, np.zeros(3), "refused")
+        refusal = dataclasses.replace(candidate.report, violations=(violation,))
+        return dataclasses.replace(candidate, trajectory=trajectory, refusal=refusal)
 
     monkeypatch.setattr(solver.Judge, "candidate", refusing_every_second)
     monkeypatch.setattr(solver, "diversity", lambda paths: measured.append(len(paths)) or own(paths))
