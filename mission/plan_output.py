@@ -12,6 +12,7 @@ import numpy as np
 
 from mission.candidates import RankedCandidate, candidates_as_json
 from mission.cautions import cautions_about, cautions_about_plan
+from mission.console import say
 from mission.exports import Format, exported
 from mission.mission_file.obstacle import Box, Cylinder, NoFly, Prism
 from mission.plan_file import (
@@ -210,8 +211,15 @@ def write_outputs(planned: Planned, folder: Path, rows: list[RankedCandidate] | 
         written.append(folder / PLAN_NAME)
         write_plan_file(plan, written[0])
         for format in Format:
-            written.append(folder / f"plan{format.suffix}")
-            written[-1].write_text(exported(plan, format), encoding="utf-8")
+            path = folder / f"plan{format.suffix}"
+            try:
+                text = exported(plan, format)
+            except ValueError as reason:
+                # What one format cannot hold is no reason to lose the others, or the flight.
+                say(f"{path} is not written: {reason}")
+                continue
+            path.write_text(text, encoding="utf-8")
+            written.append(path)
     written.append(folder / PICTURE_NAME)
     draw_plan(planned, written[-1])
     if rows is not None:

@@ -172,3 +172,15 @@ def test_a_plan_with_nothing_to_fly_leaves_its_picture_and_no_plan_not_even_an_e
     assert not summary["feasible"]
     assert summary["ergodic_metric"] is None
     assert "clearance" in summary["candidates"][0]["violations"][0]
+
+
+def test_a_format_that_cannot_hold_the_plan_is_left_out_and_said(planned, tmp_path, monkeypatch, capsys):
+    def too_long(plan):
+        raise ValueError("the plan needs 700 mission items and ArduPilot holds 650")
+
+    monkeypatch.setattr("mission.exports.wpl.waypoint_list", too_long)
+    written = {file.name for file in write_outputs(planned, tmp_path)}
+    assert "plan.waypoints" not in written
+    assert {"plan.json", "plan.plan", "plan.csv", "plan.geojson", "plan.kml", "plan.png"} <= written
+    assert not (tmp_path / "plan.waypoints").exists()
+    assert "700 mission items" in capsys.readouterr().err
