@@ -217,6 +217,7 @@ def _flown(planned: Planned, settings: FlightSettings, watcher: Watcher) -> Flow
                         watcher.say(keys.HELP, warning=False)
                     loop.run()
             finally:
+                ground.close()
                 streamer.close()
                 gaps_s = np.array(link.setpoint_gaps_s())
                 reboots, refused = link.reboots, link.refused_messages

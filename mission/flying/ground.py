@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import threading
 import time
 from collections.abc import Callable
 
@@ -69,6 +70,7 @@ class Ground:
         self._pushes = pushes
         self._assignment = assignment
         self._prepare = prepare
+        self._ended = threading.Event()
 
     def check(self, state: VehicleState) -> Checked:
         """Check the vehicle before arming."""
@@ -113,7 +115,8 @@ class Ground:
                 )
         until_s = time.monotonic() + _WARM_UP_HOST_S
         while not problems and not state.aloft and not self._warm() and time.monotonic() < until_s:
-            time.sleep(0.05)
+            if self._ended.wait(0.05):
+                break
         return Checked(tuple(problems), tuple(notes), exploration, settings.limits, places)
 
     def _way_problems(self, state: VehicleState, home: Vector, exploration: Trajectory, energy: Energy) -> list[str]:
@@ -182,6 +185,10 @@ class Ground:
     def take_in(self) -> list[TakenIn]:
         """Take in what was pushed since the last call."""
         return self._pushes.take_in()
+
+    def close(self) -> None:
+        """The flight has ended: wait for nothing more."""
+        self._ended.set()
 
 
 def _above(place: Vector, height_m: float) -> Vector:

@@ -107,29 +107,50 @@ def test_more_shapes_than_a_flight_can_watch_are_refused(inbox):
     assert "1 shapes, after 1000" in inbox.answer("c")["reason"]
 
 
+HOME = (15.0, 15.0, 0.0)
+STANDING = dataclasses.replace(
+    STATE,
+    position_enu_m=HOME,
+    home_enu_m=HOME,
+    armed=False,
+    mode=FlightMode.HOLD,
+    landed=LandedState.ON_GROUND,
+    battery_fraction=1.0,
+)
+
+
+def ground_of(planned, inbox, parameter, warm=lambda: True) -> Ground:
+    link = SimpleNamespace(autopilot=Autopilot.PX4, parameter=parameter)
+    energy = energy_of(planned.mission, planned.problem)
+    assignment = assignment_of(planned, FlightMethod.OFFBOARD)
+    return Ground(planned.mission, inbox.belief, link, energy, inbox.pushes, assignment, lambda _: (), warm)
+
+
 def test_what_is_pushed_during_the_checks_is_kept(inbox, planned):
     def parameter(name):
         if name == "GF_ACTION":
             inbox.push("a", obstacle=[CRANE])
         return SLOW_PX4.get(name)
 
-    link = SimpleNamespace(autopilot=Autopilot.PX4, parameter=parameter)
-    energy = energy_of(planned.mission, planned.problem)
-    assignment = assignment_of(planned, FlightMethod.OFFBOARD)
-    ground = Ground(planned.mission, inbox.belief, link, energy, inbox.pushes, assignment, lambda _: (), lambda: True)
-    home = (15.0, 15.0, 0.0)
-    state = dataclasses.replace(
-        STATE,
-        position_enu_m=home,
-        home_enu_m=home,
-        armed=False,
-        mode=FlightMode.HOLD,
-        landed=LandedState.ON_GROUND,
-        battery_fraction=1.0,
-    )
-    assert ground.check(state).problems == ()
+    assert ground_of(planned, inbox, parameter).check(STANDING).problems == ()
     assert inbox.distance_m() == pytest.approx(-5.0)
     assert inbox.belief.problem.limits.max_speed_mps < planned.problem.limits.max_speed_mps
+
+
+def test_the_checks_of_a_flight_that_has_ended_wait_for_no_compiler(inbox, planned):
+    asked = threading.Event()
+
+    def never_warm():
+        asked.set()
+        return False
+
+    ground = ground_of(planned, inbox, SLOW_PX4.get, never_warm)
+    checking = threading.Thread(target=ground.check, args=(STANDING,), daemon=True)
+    checking.start()
+    assert asked.wait(20.0)
+    ground.close()
+    checking.join(20.0)
+    assert not checking.is_alive()
 
 
 def test_the_loop_does_not_wait_for_what_is_taken_in():

@@ -90,8 +90,19 @@ def test_a_folder_whose_flight_is_under_way_is_neither_resumed_nor_flown_into(ha
 
 
 def test_a_folder_is_claimed_again_by_who_holds_it(tmp_path):
-    with claimed(tmp_path), claimed(tmp_path / "."):
-        pass
+    def refused_elsewhere() -> bool:
+        return bool(
+            subprocess.run(
+                [sys.executable, "-c", HOLDER, str(tmp_path)], stdin=subprocess.DEVNULL, capture_output=True
+            ).returncode
+        )
+
+    with claimed(tmp_path):
+        with claimed(tmp_path / "."):
+            assert refused_elsewhere()
+        # The second claim's end lets nobody in.
+        assert refused_elsewhere()
+    assert not refused_elsewhere()
 
 
 def test_a_folder_that_is_not_there_cannot_be_claimed(tmp_path):

@@ -60,6 +60,7 @@ def test_a_solid_block_is_as_deep_as_its_nearest_wall() -> None:
     field = ObstacleField.of([Box(np.zeros(3), np.full(3, 6.0))])
     points = np.random.default_rng(0).uniform(-2.0, 8.0, (500, 3))
     is_never_above(grid, field.distance, points, 0.5)
+    assert float(np.asarray(grid.distance(np.full((1, 3), 3.0)))[0]) == pytest.approx(-3.0, abs=0.5)
 
 
 def test_it_changes_no_faster_than_its_nodes_allow_and_without_jumps() -> None:

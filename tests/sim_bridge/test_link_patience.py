@@ -128,6 +128,8 @@ def test_a_command_that_is_in_progress_is_waited_for_longer():
     wire.answer = answer
     with linked(wire) as link:
         Action(link.system).arm()
+        # It was in progress, so it was not asked for again.
+        assert len(wire.asked(ARM)) == 1
     later[0].join()
 
 

@@ -3,7 +3,7 @@
 import socket
 
 import pytest
-from mavsdk.plugins.mission_raw import MissionRawError, MissionRawResult
+from mavsdk.plugins.mission_raw import MissionRaw, MissionRawError, MissionRawResult
 
 from sim_bridge.dialects import Autopilot
 from sim_bridge.link import mission
@@ -81,3 +81,4 @@ def test_an_upload_that_another_station_began_and_left_is_waited_for():
             for message in (mavlink.MAVLink_mission_count_message(1, 1, 3, 0), first):
                 other.sendto(bytes(message.pack(codec)), vehicle)
             upload_fence(client.link, square(100.0))
+            assert len(MissionRaw(client.link.system).download_geofence()) == 4
