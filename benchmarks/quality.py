@@ -21,7 +21,7 @@ from benchmarks.plain_svgd import SAMPLES, plain_svgd, random_set
 from benchmarks.timing import machine, without_baseline
 from planner.information import DensityGrid, gaussians, uniform
 from planner.judging import Judge, at_middles
-from planner.lawnmower import best_lawnmower
+from planner.lawnmower import Lawnmowers
 from planner.obstacles import ObstacleField
 from planner.plan import Candidate, Plan
 from planner.polyline import length_of
@@ -213,7 +213,7 @@ def over_lawnmower(judge: Judge, problem: Problem, candidate: Candidate | None) 
     """E over that of the lawnmower of its own length; infinite where there is no path."""
     if candidate is None:
         return float("inf")
-    lawnmower, _ = best_lawnmower(problem, judge.ergodic_metric, candidate.report.length_m)
+    lawnmower, _ = Lawnmowers(problem, candidate.report.length_m).best(judge.ergodic_metric)
     return candidate.ergodic_metric / lawnmower
 
 

@@ -20,7 +20,7 @@ from scipy.spatial import KDTree
 from benchmarks.timing import machine
 from planner.effort import Search
 from planner.information import DensityGrid, raster
-from planner.lawnmower import best_lawnmower
+from planner.lawnmower import Lawnmowers
 from planner.obstacles import ObstacleField
 from planner.polyline import at_lengths, densified, length_of
 from planner.problem import Limits, Options, Problem
@@ -118,7 +118,7 @@ def contenders(prior: DensityGrid, ground: Ground) -> dict[str, tuple[float, flo
         found[name] = ground.seen(path_m), min(LENGTH_M, length_of(path_m)), took_s
 
     began_s = time.perf_counter()
-    _, rows = best_lawnmower(flat, lambda path: -ground.seen(path), LENGTH_M)
+    _, rows = Lawnmowers(flat, LENGTH_M).best(lambda path: -ground.seen(path))
     note("best lawnmower", rows, time.perf_counter() - began_s)
     began_s = time.perf_counter()
     turns = [spiral(Region(flat), half / 2.0) for half in range(2, 80, 2)]

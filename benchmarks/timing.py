@@ -23,7 +23,7 @@ def machine() -> str:
 
 def without_baseline() -> AbstractContextManager[object]:
     """Solves in which no lawnmower is fitted for comparison, which costs as much as all the rest of a small problem."""
-    return mock.patch.object(solver, "best_lawnmower", return_value=(float("nan"), None))
+    return mock.patch.object(solver, "Lawnmowers", **{"return_value.best.return_value": (float("nan"), None)})
 
 
 def interleaved_ms(contenders: Mapping[str, Callable[[], object]], repeats: int) -> dict[str, float]:

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from planner.judging import Judge, at_middles
-from planner.lawnmower import best_lawnmower
+from planner.lawnmower import Lawnmowers
 from planner.plan import Candidate
 
 if TYPE_CHECKING:
@@ -73,7 +73,7 @@ def ranked_candidates(planned: Planned) -> list[RankedCandidate]:
         candidate = plan.candidates[index]
         baseline, length_m = math.nan, candidate.report.length_m
         if rank <= MOST_COMPARED and math.isfinite(length_m) and length_m > 0.0:
-            baseline, _ = best_lawnmower(problem, judge.ergodic_metric, length_m)
+            baseline, _ = Lawnmowers(problem, length_m).best(judge.ergodic_metric)
         distance_m = math.nan
         if chosen is not None:
             apart = np.linalg.norm(at_middles(candidate.trajectory).position_m - chosen, axis=1)

@@ -101,9 +101,7 @@ def _cards(summary: dict[str, Any]) -> str:
         value = summary.get(key)
         return "–" if value is None else f"{value * scale:.{digits}f}{unit}"
 
-    found = [(number("probability_found", "", 3), "probability of having found it")]
-    if summary.get("probability_found") is None:
-        found = []
+    searched = summary.get("probability_found") is not None
     cards = (
         (duration(summary["flown_s"]), "in the air"),
         (distance(summary["length_m"]), "flown"),
@@ -112,7 +110,7 @@ def _cards(summary: dict[str, Any]) -> str:
         (number("tracking_error_mean_m", " m", 2), "from the course, mean"),
         (number("tracking_error_max_m", " m", 2), "from the course, at most"),
         (number("ergodic_metric", "", 5), "ergodic metric flown"),
-        *found,
+        *([(number("probability_found", "", 3), "probability of having found it")] if searched else []),
         (number("battery_used", " %", 0, 100.0), "of the battery used"),
         (f"{summary.get('replans_taken', 0)} / {summary.get('replans_asked', 0)}", "replans taken / asked"),
         (number("setpoint_gap_max_s", " ms", 0, 1000.0), "longest gap of setpoints"),

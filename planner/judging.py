@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from planner import gate
 from planner.kernel_metric import metric_of
-from planner.plan import Candidate
+from planner.plan import Candidate, objective_of
 from planner.polyline import densified
 from planner.problem import Covered, Metric, Options, Problem
 from planner.spectral_metric import mean_basis, mode_weights
@@ -70,8 +70,7 @@ class Judge:
         self, position_m: Float[np.ndarray, "time 3"], heading_rad: Float[np.ndarray, "time"] | None = None
     ) -> float:
         """What `Candidate.objective` is, of any path that takes the problem's time."""
-        found = self.probability_found(position_m)
-        return self.ergodic_metric(position_m, heading_rad) if found is None else 1.0 - found
+        return objective_of(self.ergodic_metric(position_m, heading_rad), self.probability_found(position_m))
 
     def candidate(self, trajectory: Trajectory, seed_pattern: str) -> Candidate:
         """The curve with its metric, its cost, and its proof or why there is none."""
@@ -89,7 +88,7 @@ class Judge:
         return Candidate(
             trajectory=trajectory,
             seed_pattern=seed_pattern,
-            cost=(metric if found is None else 1.0 - found) + SMOOTHNESS_WEIGHT * effort,
+            cost=objective_of(metric, found) + SMOOTHNESS_WEIGHT * effort,
             ergodic_metric=metric,
             refusal=refusal,
             probability_found=found,

@@ -50,49 +50,47 @@ class Rows:
     mirrored: bool
 
 
-def best_lawnmower(
-    problem: Problem, metric: Callable[[Float[np.ndarray, "time 3"]], float], length_m: float
-) -> tuple[float, Float[np.ndarray, "time 3"]]:
-    """The lowest metric of the lawnmowers of a given length.
+class Lawnmowers:
+    """The lawnmowers of one length, drawn once for whatever they are measured by.
 
     Args:
         problem: Box, fence, obstacles and information.
-        metric: From positions at equal times (time, 3) to a figure; less is better.
         length_m: Length of the path to compare with, positive.
-
-    Returns:
-        The figure, and the lawnmower's positions at equal times, shape (time, 3).
 
     Raises:
         ValueError: A length that is not positive.
     """
-    if not length_m > 0.0:
-        raise ValueError(f"a lawnmower needs a length, got {length_m} m")
-    course = _Course(problem, length_m)
-    paths = [(rows, course.fitted(rows, length_m)) for rows in course.variants()]
-    # What is too short between its rows' insets is no match.
-    long_enough = [one for one in paths if length_of(one[1]) >= (1.0 - LENGTH_TOLERANCE) * length_m] or paths
-    figures = [metric(course.sampled(path, RANKING_SAMPLES)) for _, path in long_enough]
-    finalists = [long_enough[index] for index in np.argsort(figures)[:FINALISTS]]
-    candidates = [course.sampled(path if course.is_open else course.around(rows, path)) for rows, path in finalists]
-    final = [metric(positions) for positions in candidates]
-    best = int(np.argmin(final))
-    return final[best], candidates[best]
-
-
-class _Course:
-    """Makes lawnmowers of one length for one problem."""
 
     def __init__(self, problem: Problem, length_m: float) -> None:
+        if not length_m > 0.0:
+            raise ValueError(f"a lawnmower needs a length, got {length_m} m")
         self._free = FreeSpace(problem, allowance=1.0)
         self._region, self._altitudes = Region(problem), Altitudes(problem)
         self._length_m = length_m
+        paths = [(rows, self._fitted(rows, length_m)) for rows in self._variants()]
+        # What is too short between its rows' insets is no match.
+        long_enough = [one for one in paths if length_of(one[1]) >= (1.0 - LENGTH_TOLERANCE) * length_m]
+        self._paths = long_enough or paths
 
-    @property
-    def is_open(self) -> bool:
-        return self._free.is_open
+    def best(self, metric: Callable[[Float[np.ndarray, "time 3"]], float]) -> tuple[float, Float[np.ndarray, "time 3"]]:
+        """The lowest metric of them.
 
-    def variants(self) -> Iterator[Rows]:
+        Args:
+            metric: From positions at equal times (time, 3) to a figure; less is better.
+
+        Returns:
+            The figure, and the lawnmower's positions at equal times, shape (time, 3).
+        """
+        figures = [metric(self._sampled(path, RANKING_SAMPLES)) for _, path in self._paths]
+        finalists = [self._paths[index] for index in np.argsort(figures)[:FINALISTS]]
+        candidates = [
+            self._sampled(path if self._free.is_open else self._around(rows, path)) for rows, path in finalists
+        ]
+        final = [metric(positions) for positions in candidates]
+        best = int(np.argmin(final))
+        return final[best], candidates[best]
+
+    def _variants(self) -> Iterator[Rows]:
         """Headings, layers, rows and directions worth comparing."""
         layer_counts = range(1, MOST_LAYERS + 1) if self._altitudes.layered else (1,)
         for heading, layers in itertools.product(self._region.headings_rad, layer_counts):
@@ -116,7 +114,7 @@ class _Course:
         heading = rows.heading_rad + (np.pi if rows.mirrored else 0.0)
         return layered_rows(self._region, heading, rows.rows, self._altitudes.levels(rows.layers), inset_m)
 
-    def fitted(self, rows: Rows, length_m: float) -> Float[np.ndarray, "point 3"]:
+    def _fitted(self, rows: Rows, length_m: float) -> Float[np.ndarray, "point 3"]:
         """Rows whose ends keep so far from the border that the length is met, obstacles aside."""
         inset, path = 0.0, self._path(rows, 0.0)
         for _ in range(FITTING_ROUNDS):
@@ -128,16 +126,16 @@ class _Course:
             path = self._path(rows, inset)
         return path
 
-    def around(self, rows: Rows, path: Float[np.ndarray, "point 3"]) -> Float[np.ndarray, "point 3"]:
+    def _around(self, rows: Rows, path: Float[np.ndarray, "point 3"]) -> Float[np.ndarray, "point 3"]:
         """The same rows led around what is in the way, as much shorter as the ways around are longer."""
         wanted, flown = self._length_m, [self._free.path_through(path)]
         for _ in range(DETOUR_ROUNDS):
             wanted *= self._length_m / length_of(flown[-1])
-            flown.append(self._free.path_through(self.fitted(rows, wanted)))
+            flown.append(self._free.path_through(self._fitted(rows, wanted)))
         long_enough = [way for way in flown if length_of(way) >= self._length_m]
         return min(long_enough, key=length_of) if long_enough else max(flown, key=length_of)
 
-    def sampled(self, path: Float[np.ndarray, "point 3"], count: int = SAMPLES) -> Float[np.ndarray, "time 3"]:
+    def _sampled(self, path: Float[np.ndarray, "point 3"], count: int = SAMPLES) -> Float[np.ndarray, "time 3"]:
         """Positions at equal times; what is longer than the length is cut at the end."""
         legs = np.linalg.norm(np.diff(path, axis=0), axis=1)
         # The middles of equal parts stand for equal times.

@@ -52,8 +52,8 @@ class Candidate:
 
     @property
     def objective(self) -> float:
-        """What the path is for, less is better: E, or of a search the probability that it finds nothing."""
-        return self.ergodic_metric if self.probability_found is None else 1.0 - self.probability_found
+        """What the path is for (`objective_of`)."""
+        return objective_of(self.ergodic_metric, self.probability_found)
 
     @property
     def feasible(self) -> bool:
@@ -78,6 +78,11 @@ class Candidate:
             return self.trajectory.report
         assert self.refusal is not None, "what is not proven was refused"
         return self.refusal
+
+
+def objective_of(ergodic_metric: float, probability_found: float | None) -> float:
+    """What a path is for, less is better: E, or of a search the probability that it finds nothing."""
+    return ergodic_metric if probability_found is None else 1.0 - probability_found
 
 
 @dataclasses.dataclass(frozen=True)

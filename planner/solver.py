@@ -20,7 +20,7 @@ from planner.detection_metric import DetectionMetric
 from planner.diversity import diversity
 from planner.free_space import FreeSpace
 from planner.judging import Judge, at_middles, better
-from planner.lawnmower import best_lawnmower
+from planner.lawnmower import Lawnmowers
 from planner.plan import Candidate, Plan, Status
 from planner.polish import STEIN_CHUNKS, STEIN_STEPS_PER_CHUNK, Particles, Round, explored, parted, polished
 from planner.problem import Method, Options, Problem
@@ -287,9 +287,10 @@ class _Work:
             length_m = self.best[selected].report.length_m
         baseline, found_by_baseline = float("nan"), None
         if not self.warm:
-            baseline, _ = best_lawnmower(self.problem, self.judge.ergodic_metric, length_m)
+            lawnmowers = Lawnmowers(self.problem, length_m)
+            baseline, _ = lawnmowers.best(self.judge.ergodic_metric)
             if self.problem.search is not None:
-                missed, _ = best_lawnmower(self.problem, self.judge.objective, length_m)
+                missed, _ = lawnmowers.best(self.judge.objective)
                 found_by_baseline = 1.0 - missed
         flyable = [candidate for candidate in self.best if candidate.feasible] or self.best
         paths = np.stack([at_middles(candidate.trajectory).position_m for candidate in flyable])

@@ -154,9 +154,7 @@ def rows_of(summary: dict[str, Any]) -> list[tuple[str, str]]:
 
     refused = ", ".join(f"{count} × {reason}" for reason, count in summary["replans_refused"].items())
     error = f"mean {number('tracking_error_mean_m', 'm', 2)}, at most {number('tracking_error_max_m', 'm', 2)}"
-    found = [("probability of having found it", number("probability_found", "", 3))]
-    if summary.get("probability_found") is None:
-        found = []
+    searched = summary.get("probability_found") is not None
     return [
         ("why it ended", str(summary["why"])),
         ("in the air", number("flown_s", "s", 0)),
@@ -165,7 +163,7 @@ def rows_of(summary: dict[str, Any]) -> list[tuple[str, str]]:
         ("greatest speed", number("max_speed_mps", "m/s", 2)),
         ("from the course", error),
         ("ergodic metric flown", number("ergodic_metric", "", 5)),
-        *found,
+        *([("probability of having found it", number("probability_found", "", 3))] if searched else []),
         ("battery used", number("battery_used", "%", 0, 100.0)),
         (
             "replans",

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from planner.information import gaussians, uniform
-from planner.lawnmower import best_lawnmower
+from planner.lawnmower import Lawnmowers
 from planner.obstacles import ObstacleField
 from planner.polyline import at_lengths, length_of
 from planner.problem import MetricWeights, Problem
@@ -51,7 +51,7 @@ def test_the_pattern_has_the_published_figures_at_a_hundred_moments(square, rows
 @pytest.mark.parametrize(("rows", "length_m"), [(4, 3.75), (5, 4.8), (6, 5.8333), (8, 7.875)])
 def test_on_a_uniform_square_it_is_no_worse_than_the_pattern_of_that_length(square, rows, length_m) -> None:
     metric = metric_of(square)
-    best, points = best_lawnmower(square, metric, length_m)
+    best, points = Lawnmowers(square, length_m).best(metric)
     path = layered_rows(Region(square), 0.0, rows, [0.5])
     legs = np.linalg.norm(np.diff(path, axis=0), axis=1)
     assert best <= metric(at_lengths(path, legs, (np.arange(1000) + 0.5) / 1000 * legs.sum())) * (1.0 + 1e-3)
@@ -61,7 +61,7 @@ def test_on_a_uniform_square_it_is_no_worse_than_the_pattern_of_that_length(squa
 @pytest.mark.parametrize("length_m", [20.0, 300.0, 1100.0])
 def test_it_has_the_length_asked_for(length_m: float) -> None:
     problem = open_box()
-    _, points = best_lawnmower(problem, metric_of(problem, (8, 8, 4)), length_m)
+    _, points = Lawnmowers(problem, length_m).best(metric_of(problem, (8, 8, 4)))
     # Positions at equal times cut the corners between them.
     assert 0.96 * length_m <= length_of(points) <= length_m * (1.0 + 1e-9)
     steps = np.linalg.norm(np.diff(points, axis=0), axis=1)
@@ -71,7 +71,7 @@ def test_it_has_the_length_asked_for(length_m: float) -> None:
 def test_among_trees_it_flies_around_them_and_keeps_its_length() -> None:
     problem = open_box(obstacles=ObstacleField.of(trees(np.random.default_rng(0), 14)))
     metric = metric_of(problem, (8, 8, 4))
-    figure, points = best_lawnmower(problem, metric, 900.0)
+    figure, points = Lawnmowers(problem, 900.0).best(metric)
     clearance = problem.obstacles.distance(points) - problem.keep_out_m
     assert (clearance < -0.2).mean() < 0.01
     assert 0.95 * 900.0 <= length_of(points) <= 900.0 * (1.0 + 1e-9)
@@ -81,7 +81,7 @@ def test_among_trees_it_flies_around_them_and_keeps_its_length() -> None:
 def test_more_length_covers_better() -> None:
     problem = open_box()
     metric = metric_of(problem)
-    figures = [best_lawnmower(problem, metric, length)[0] for length in (150.0, 300.0, 600.0, 1200.0)]
+    figures = [Lawnmowers(problem, length).best(metric)[0] for length in (150.0, 300.0, 600.0, 1200.0)]
     assert (np.diff(figures) < 0.0).all()
 
 
@@ -92,7 +92,7 @@ def test_it_takes_the_heading_and_the_layers_that_suit_the_information() -> None
         problem.workspace, np.array([[50.0, 40.0, 4.0]]), np.array([[4.0, 60.0, 2.0]]), np.ones(1), (64, 16, 16)
     )
     problem = dataclasses.replace(problem, information=grid)
-    figure, points = best_lawnmower(problem, metric_of(problem, (8, 8, 4)), 80.0)
+    figure, points = Lawnmowers(problem, 80.0).best(metric_of(problem, (8, 8, 4)))
     assert points[:, 2].mean() == pytest.approx(4.0, abs=1.0)
     assert np.ptp(points[:, 0]) < 1.0
     assert np.ptp(points[:, 1]) > 60.0
@@ -101,4 +101,4 @@ def test_it_takes_the_heading_and_the_layers_that_suit_the_information() -> None
 
 def test_a_lawnmower_of_no_length_is_refused() -> None:
     with pytest.raises(ValueError, match="needs a length"):
-        best_lawnmower(open_box(), lambda _: 0.0, 0.0)
+        Lawnmowers(open_box(), 0.0).best(lambda _: 0.0)
