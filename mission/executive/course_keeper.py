@@ -36,7 +36,6 @@ class CourseKeeper:
         way: The proven way that was asked for; None: not found yet.
         rejoin_s: Curve time at which the exploration is taken up.
         explored: Whether it was flown to its end.
-        blocked_s: Curve time from which the course is not safe, or not known to be; None: nowhere.
         rate: Curve seconds a second that are flown: less than one for a vehicle that does not keep to its course.
     """
 
@@ -47,7 +46,6 @@ class CourseKeeper:
         self.way: ProvenTrajectory | None = None
         self.rejoin_s = assignment.exploration.start_s if from_s is None else from_s
         self.explored = assignment.only_home
-        self.blocked_s: float | None = None
         self.rate = 1.0
 
     def keep_to(self, limits: Limits) -> None:
@@ -167,12 +165,6 @@ class CourseKeeper:
     def finished(self, now_s: float) -> bool:
         """Whether the course has come to its end."""
         return self.course is not None and self.course.finished(now_s)
-
-    def must_brake(self, now_s: float) -> bool:
-        """Whether braking must begin now to stand well before what is blocked."""
-        if self.course is None or self.blocked_s is None:
-            return False
-        return self.watched_s(now_s) >= self.blocked_s
 
     def watched_s(self, now_s: float) -> float:
         """Curve time up to which the course must be clear for it to be flown on with at this moment."""

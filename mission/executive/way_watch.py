@@ -104,7 +104,7 @@ class WayWatch:
     def _watch_block(self, now_s: float) -> None:
         """Look along the course ahead, and brake in time before what blocks it."""
         keeper, before_s = self._keeper, self.blocked_s
-        keeper.blocked_s = self.blocked_s = None
+        self.blocked_s = None
         if keeper.course is None or self._machine.phase not in (*ON_COURSE, Phase.HOLDING):
             return
         here_s, watched_s = keeper.course.at(now_s).curve_s, keeper.watched_s(now_s)
@@ -115,6 +115,7 @@ class WayWatch:
                 east, north, up = block.place_m
                 where = f"({east:.0f}, {north:.0f}, {up:.0f})"
                 self._machine.say(f"the course is blocked ahead: something is too near to {where}", warning=True)
-        keeper.blocked_s = self._ahead.looked_s if self.blocked_s is None else self.blocked_s
-        if self._machine.phase in ON_COURSE and keeper.must_brake(now_s):
+        # What was not looked along yet counts as blocked.
+        clear_until_s = self._ahead.looked_s if self.blocked_s is None else self.blocked_s
+        if self._machine.phase in ON_COURSE and watched_s >= clear_until_s:
             self._machine.fire(Trigger.BLOCKED, now_s)

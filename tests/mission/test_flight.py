@@ -25,33 +25,9 @@ from mission.flying.recorder import LOG_NAME
 from mission.flying.resuming import resumption
 from mission.planning import Planned
 from tests.mission.full_disk import no_file_larger_than
-from tests.mission.hand_made import plan_by_hand
+from tests.mission.hand_made import CORNERS, MISSION, plan_by_hand
 
 SPEED = 20.0
-MISSION = """
-[site]
-origin = { latitude_deg = 47.3977, longitude_deg = 8.5456, altitude_amsl_m = 488.0 }
-box_min_enu_m = [0.0, 0.0, 8.0]
-box_max_enu_m = [100.0, 80.0, 30.0]
-[information]
-kind = "uniform"
-[[obstacle]]
-kind = "cylinder"
-center_enu_m = [50.0, 40.0]
-radius_m = 5.0
-floor_m = 0.0
-ceiling_m = 40.0
-[planner]
-start_enu_m = [15.0, 15.0, 12.0]
-duration_s = 80.0
-modes = [4, 4, 2]
-[flight]
-takeoff_altitude_m = 10.0
-end = "return"
-[replanning]
-enabled = false
-"""
-CORNERS = [[15, 15, 12], [70, 15, 12], [70, 55, 15], [30, 60, 14]]
 
 
 class Notes(Watcher):
@@ -75,7 +51,7 @@ class Notes(Watcher):
 @pytest.fixture
 def planned(tmp_path):
     def make(*overrides) -> Planned:
-        return plan_by_hand(MISSION, np.array(CORNERS, dtype=float), tmp_path, overrides)
+        return plan_by_hand(MISSION, CORNERS, tmp_path, overrides)
 
     return make
 

@@ -22,7 +22,7 @@ from mission.pictures.picture import draw_plan
 from mission.pictures.series import draw_height_above_ground
 from mission.pictures.style import distance, duration, plain
 from mission.site.problem import problem_from_mission
-from sim_bridge.state import FlightMode, LandedState, VehicleState
+from tests.mission.flying_vehicle import STATE
 
 SITE = """
 [site]
@@ -76,18 +76,12 @@ def flight(folder, planned, on_course=True):
     recorder.write("phase", 1.0, phase="exploring", why="at the start")
     for now in np.arange(1.0, curve.duration_s, 1.0):
         motion = curve.motion_at(curve.start_s + now)
-        state = VehicleState(
+        state = dataclasses.replace(
+            STATE,
             time_s=now,
             position_enu_m=tuple(motion.position_m),
             velocity_enu_mps=(7.9, 0.0, 0.0),
-            yaw_enu_rad=0.0,
-            armed=True,
-            mode=FlightMode.EXTERNAL,
-            mode_name="OFFBOARD",
-            landed=LandedState.IN_AIR,
             battery_fraction=0.9,
-            waiting_for=(),
-            failsafe=False,
             home_enu_m=(10.0, 10.0, 0.0),
         )
         recorder.telemetry(now, state, "exploring", tuple(motion.position_m) if on_course else None)

@@ -21,9 +21,8 @@ from mission.flying.pushes import MOST_SOLIDS, Pushes, TakenIn
 from sim_bridge.dialects import Autopilot
 from sim_bridge.state import FlightMode, LandedState
 from tests.mission.flying_vehicle import STATE
-from tests.mission.hand_made import plan_by_hand
+from tests.mission.hand_made import CORNERS, MISSION, plan_by_hand
 from tests.mission.rehearsed_flight import Flight
-from tests.mission.test_flight import CORNERS, MISSION
 
 PLACE = np.array([[70.0, 35.0, 13.0]])
 CRANE = {"kind": "sphere", "center_enu_m": [70.0, 35.0, 13.0], "radius_m": 5.0}
@@ -62,7 +61,7 @@ class Inbox:
 
 @pytest.fixture
 def planned(tmp_path):
-    return plan_by_hand(MISSION, np.array(CORNERS, dtype=float), tmp_path)
+    return plan_by_hand(MISSION, CORNERS, tmp_path)
 
 
 @pytest.fixture

@@ -13,27 +13,8 @@ from mission.flying.resuming import resumption
 from planner.gate import ProvenTrajectory
 from planner.plan import Status
 from tests.mission.flying_vehicle import STATE
-from tests.mission.hand_made import plan_by_hand
+from tests.mission.hand_made import CORNERS, MISSION, plan_by_hand
 
-MISSION = """
-[site]
-origin = { latitude_deg = 47.3977, longitude_deg = 8.5456, altitude_amsl_m = 488.0 }
-box_min_enu_m = [0.0, 0.0, 8.0]
-box_max_enu_m = [100.0, 80.0, 30.0]
-[information]
-kind = "uniform"
-[[obstacle]]
-kind = "cylinder"
-center_enu_m = [50.0, 40.0]
-radius_m = 5.0
-floor_m = 0.0
-ceiling_m = 40.0
-[planner]
-start_enu_m = [15.0, 15.0, 12.0]
-duration_s = 80.0
-modes = [4, 4, 2]
-"""
-CORNERS = np.array([[15.0, 15.0, 12.0], [70.0, 15.0, 12.0], [70.0, 55.0, 15.0], [30.0, 60.0, 14.0]])
 COURSE = "course-000.json"
 
 
