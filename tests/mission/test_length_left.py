@@ -17,7 +17,7 @@ from mission.flying.replan_cycle import ReplanCycle, Schedule
 from planner.obstacles import ObstacleField, Sphere
 from planner.polyline import length_of
 from planner.trajectory import Trajectory
-from tests.mission.test_replanning import CURVE, OPTIONS, PROBLEM, Answers, Following, continuing, reply
+from tests.mission.street import CURVE, OPTIONS, PROBLEM, Answers, Following, continuing, reply
 
 
 def length_between(begin_s: float, end_s: float, curve: Trajectory = CURVE) -> float:

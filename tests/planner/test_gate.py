@@ -1,8 +1,6 @@
 """The gate against dense sampling: what it passes, no sample refutes; what it measures, samples approach."""
 
-import copy
 import dataclasses
-import pickle
 
 import numpy as np
 import pytest
@@ -11,26 +9,17 @@ from hypothesis import strategies as st
 
 from planner import gate
 from planner.curve_bounds import bezier_points, derivative, least_along, length_bound, maximum, squared_norm
-from planner.diversity import Diversity
-from planner.gate import LENGTH_RESOLUTION, GateRefused, ProvenTrajectory, inspect, prove
+from planner.gate import LENGTH_RESOLUTION, GateRefused, inspect, prove
 from planner.gate_report import ViolationKind
 from planner.information import uniform
 from planner.obstacles import Box, Cylinder, ObstacleField, Prism, Sphere
-from planner.plan import Candidate, Plan, Status
 from planner.polygon import KeepIn
 from planner.problem import Limits, Problem
 from planner.trajectory import Motion, Trajectory, control_points_at_start
 from planner.workspace import Workspace
+from tests.planner.judged_curves import dense, problem_of, random_curve
 
 FENCE = np.array([[-2.0, -2.0], [52.0, -2.0], [52.0, 30.0], [30.0, 30.0], [30.0, 52.0], [-2.0, 52.0]])
-
-
-def random_curve(rng: np.random.Generator, segments: int = 20, scale_m: float = 40.0) -> Trajectory:
-    """A smooth wandering curve from rest to rest."""
-    knots = np.cumsum(rng.normal(size=(segments + 1, 3)), axis=0)
-    knots = (knots - knots.min(axis=0)) / np.ptp(knots, axis=0) * scale_m + 5.0
-    control = np.concatenate([knots[:1], knots[:1], knots, knots[-1:], knots[-1:]])
-    return Trajectory(control, float(rng.uniform(0.3, 3.0)), start_s=float(rng.uniform(0.0, 100.0)))
 
 
 def random_obstacles(rng: np.random.Generator, count: int) -> list:
@@ -47,27 +36,6 @@ def random_obstacles(rng: np.random.Generator, count: int) -> list:
             ][rng.integers(4)]
         )
     return obstacles
-
-
-def problem_of(curve: Trajectory, obstacles=(), **changes) -> Problem:
-    """A problem that the curve solves, but for what is given."""
-    workspace = Workspace(np.full(3, -1.0), np.full(3, 60.0))
-    given = {
-        "workspace": workspace,
-        "information": uniform(workspace, (4, 4, 4)),
-        "obstacles": ObstacleField.of(obstacles),
-        "limits": Limits(1e4, 1e4, 1e4, 1e4),
-        "start": curve.motion_at(curve.start_s),
-        "end_position_m": curve.motion_at(curve.end_s).position_m,
-        "duration_s": curve.duration_s,
-        "vehicle_radius_m": 0.3,
-        "clearance_margin_m": 0.2,
-    }
-    return Problem(**{**given, **changes})
-
-
-def dense(curve: Trajectory, count: int = 20_001):
-    return curve.sample(np.linspace(curve.start_s, curve.end_s, count))
 
 
 @given(st.integers(0, 2**32 - 1))
@@ -362,68 +330,6 @@ def test_numbers_that_mean_nothing_are_refused() -> None:
     wild = Trajectory(np.full((5, 3), 1e200), 1.0)
     report = inspect(wild, problem_of(random_curve(np.random.default_rng(0))))
     assert [violation.kind for violation in report.violations] == [ViolationKind.DIVERGED]
-
-
-def test_only_the_gate_makes_a_proven_trajectory(curve: Trajectory) -> None:
-    problem = problem_of(curve)
-    proven = prove(curve, problem)
-    assert proven.report.passed
-    with pytest.raises(TypeError, match="which proves it"):
-        ProvenTrajectory()
-    with pytest.raises(TypeError, match="which proves it"):
-        ProvenTrajectory(curve.control_points_m, curve.knot_interval_s)
-    with pytest.raises(TypeError, match="prove the new one"):
-        dataclasses.replace(proven, control_points_m=curve.control_points_m + 50.0)
-    with pytest.raises(AttributeError, match="cannot assign"):
-        proven.control_points_m = curve.control_points_m
-    with pytest.raises(ValueError, match="read-only"):
-        proven.control_points_m[3] += 50.0
-    before = proven.control_points_m.copy()
-    curve.control_points_m[5] += 50.0
-    np.testing.assert_array_equal(proven.control_points_m, before)
-
-
-def test_what_is_made_of_a_proven_trajectory_has_no_proof_but_for_the_same_at_another_time(curve: Trajectory) -> None:
-    proven = prove(curve, problem_of(curve))
-    for made in (proven.slowed(2.0), proven.from_knot(3)):
-        assert type(made) is Trajectory
-    later = proven.starting_at(7.0)
-    assert isinstance(later, ProvenTrajectory)
-    assert later.start_s == 7.0
-    np.testing.assert_array_equal(later.control_points_m, proven.control_points_m)
-    assert proven.start_s == curve.start_s
-
-
-def test_a_proven_trajectory_that_comes_from_another_process_cannot_be_changed_either(curve: Trajectory) -> None:
-    heading = np.linspace(0.0, 1.0, len(curve.control_points_m))
-    proven = prove(dataclasses.replace(curve, heading_control_rad=heading), problem_of(curve))
-    for copied in (pickle.loads(pickle.dumps(proven)), copy.deepcopy(proven)):
-        assert isinstance(copied, ProvenTrajectory)
-        np.testing.assert_array_equal(copied.control_points_m, proven.control_points_m)
-        assert copied.report.max_speed_mps == proven.report.max_speed_mps
-        for array in (copied.control_points_m, copied.heading_control_rad):
-            assert array is not None
-            with pytest.raises(ValueError, match="read-only"):
-                array += 1.0
-
-
-def test_a_candidate_is_proven_or_refused_and_only_a_proven_one_is_selected(curve: Trajectory) -> None:
-    sound = problem_of(curve)
-    proven, passed = prove(curve, sound), inspect(curve, sound)
-    refusal = inspect(curve, dataclasses.replace(sound, limits=Limits(0.1, 1e4, 1e4, 1e4)))
-    flown, refused = Candidate(proven, "made", 1.0, 1.0), Candidate(curve, "made", 0.5, 0.5, refusal)
-    assert flown.feasible
-    assert flown.proven is proven
-    assert not refused.feasible
-    with pytest.raises(ValueError, match="refused this candidate: speed"):
-        _ = refused.proven
-    for trajectory, report in ((curve, None), (curve, passed), (proven, refusal)):
-        with pytest.raises(ValueError, match="proven trajectory, or any other"):
-            Candidate(trajectory, "made", 1.0, 1.0, report)
-    alike = Diversity(0.0, 0.0, 0.0, 1.0)
-    assert Plan(Status.CONVERGED, (flown, refused), 0, 1.0, alike, 1).best is flown
-    with pytest.raises(ValueError, match="refused by the gate"):
-        Plan(Status.CONVERGED, (flown, refused), 1, 1.0, alike, 1)
 
 
 def test_a_refused_curve_says_why(curve: Trajectory) -> None:

@@ -14,7 +14,7 @@ from planner.scene import scene_of
 from planner.seeds import seed_paths, spline_from_path
 from planner.solver import solve
 from planner.trajectory import Motion, Trajectory
-from tests.planner.test_gate import dense, problem_of, random_curve
+from tests.planner.judged_curves import dense, problem_of, random_curve
 from tests.planner.worlds import open_box
 
 WINGS = Limits(6.0, 2.0, 2.0, 3.0, max_turn_rate_radps=0.4)
