@@ -43,6 +43,7 @@ from mission.flying.belief import Belief
 from mission.flying.clock import FlightClock
 from mission.flying.flight_progress import Progress, Watcher
 from mission.flying.home_reckoning import HomeReckoning
+from mission.flying.inbox_watch import InboxWatch
 from mission.flying.last_orders import give_last_order
 from mission.flying.pushes import TakenIn
 from mission.flying.recorder import Kept, Recorder
@@ -55,7 +56,6 @@ from sim_bridge.state import CommandDone, MissionProgress, VehicleState
 
 _WAIT_HOST_S = 0.02
 _SHOW_HOST_S = 0.25
-_LOOK_IN_HOST_S = 0.1
 _NOTE_PROGRESS_S = 1.0
 
 
@@ -124,9 +124,7 @@ class FlightLoop:
         self._interrupts = 0
         self._shown_s = 0.0
         self._noted_s = 0.0
-        self._pushes = concurrent.futures.ThreadPoolExecutor(1, thread_name_prefix="pushes")
-        self._taking_in: concurrent.futures.Future[list[TakenIn]] | None = None
-        self._looked_in_s = 0.0
+        self._pushed = InboxWatch(lambda: self._ground.take_in())
         self._planned_for = belief.problem if belief is not None else None
         self._log_broken = False
         self._hung_up = False
@@ -167,7 +165,7 @@ class FlightLoop:
             raise
         finally:
             self._jobs.shutdown(wait=False, cancel_futures=True)
-            self._pushes.shutdown(wait=False, cancel_futures=True)
+            self._pushed.close()
             self._reckoning.close()
 
     def _break_off(self, error: BaseException) -> None:
@@ -338,24 +336,13 @@ class FlightLoop:
     # Replans and what is pushed.
 
     def _take_pushed(self, now_s: float) -> None:
-        """Tell what was pushed and taken in meanwhile, and have the inbox looked into again."""
-        host_s = time.monotonic()
-        if self._taking_in is not None:
-            if not self._taking_in.done():
-                return
-            taken, self._taking_in = self._taking_in, None
-            if (error := taken.exception()) is not None:
-                self._act([Say(f"what was pushed was not taken in: {type(error).__name__}: {error}", True)], now_s)
-                return
-            for one in taken.result():
-                if one.said is not None:
-                    self._act([one.said], now_s)
-                if one.wish is not None:
-                    self._recorder.write("push", now_s, what=str(one.wish))
-                    self._receive(one.wish, now_s)
-        elif host_s - self._looked_in_s >= _LOOK_IN_HOST_S:
-            self._looked_in_s = host_s
-            self._taking_in = self._pushes.submit(self._ground.take_in)
+        """Tell what was pushed and taken in meanwhile."""
+        for one in self._pushed.taken_in():
+            if one.said is not None:
+                self._act([one.said], now_s)
+            if one.wish is not None:
+                self._recorder.write("push", now_s, what=str(one.wish))
+                self._receive(one.wish, now_s)
 
     def _replan(self, now_s: float) -> None:
         cycle = self._cycle
