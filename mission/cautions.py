@@ -55,17 +55,18 @@ def cautions_about_plan(planned: Planned) -> list[str]:
     plan, limits = planned.plan, planned.problem.limits
     if plan.selected is None:
         return []
-    report, found, baseline = plan.best.report, plan.best.ergodic_metric, plan.lawnmower_ergodic_metric
+    report, best = plan.best.report, plan.best
     said = []
     if report.length_m < LEAST_MOVED * limits.max_speed_mps * report.duration_s:
         said.append(
             f"the path hardly moves ({report.length_m:.3g} m in {report.duration_s:.0f} s): the information lies where "
             "it starts, or there was no time to find a better one (planner.time_limit_s)"
         )
-    elif found > baseline:
+    elif best.objective > plan.lawnmower_objective:
+        measure = "ergodic metric" if best.probability_found is None else "probability of finding nothing"
         said.append(
-            f"a lawnmower of the same length explores better (ergodic metric {baseline:.4g}, this path {found:.4g}): "
-            "give it more time (planner.time_limit_s) or more candidates"
+            f"a lawnmower of the same length explores better ({measure} {plan.lawnmower_objective:.4g}, this path "
+            f"{best.objective:.4g}): give it more time (planner.time_limit_s) or more candidates"
         )
     if planned.mission.vehicle.preset == "fixed-wing":
         slowest_mps, at_s = slowest_under_way(plan.best.trajectory)

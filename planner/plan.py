@@ -20,7 +20,6 @@ class Status(enum.Enum):
     KEPT = "an earlier path goes on: nothing was solved"
     STEP_LIMIT = "step limit reached"
     INFEASIBLE = "no candidate passed the gate"
-    DIVERGED = "every candidate became non-finite"
 
 
 @dataclasses.dataclass(frozen=True)
@@ -116,6 +115,11 @@ class Plan:
     def __post_init__(self) -> None:
         if self.selected is not None and not self.candidates[self.selected].feasible:
             raise ValueError(f"candidate {self.selected} was refused by the gate: it cannot be selected")
+
+    @property
+    def lawnmower_objective(self) -> float:
+        """What `Candidate.objective` of the best lawnmower is; NaN where it is not known."""
+        return objective_of(self.lawnmower_ergodic_metric, self.lawnmower_probability_found)
 
     @property
     def best(self) -> Candidate:

@@ -38,6 +38,13 @@ def test_a_plan_that_loses_to_the_lawnmower_or_stands_still_is_said(planned):
     worse = dataclasses.replace(planned, plan=dataclasses.replace(planned.plan, lawnmower_ergodic_metric=0.001))
     (said,) = summary_of(worse, [])["warnings"]
     assert "a lawnmower of the same length explores better (ergodic metric 0.001, this path 0.02)" in said
+    # A search is compared by what it finds.
+    best = dataclasses.replace(planned.plan.best, probability_found=0.3)
+    finding = dataclasses.replace(worse.plan, candidates=(best,), selected=0, lawnmower_probability_found=0.2)
+    assert cautions_about_plan(dataclasses.replace(worse, plan=finding)) == []
+    less = dataclasses.replace(finding, lawnmower_probability_found=0.4)
+    (said,) = cautions_about_plan(dataclasses.replace(worse, plan=less))
+    assert "(probability of finding nothing 0.6, this path 0.7)" in said
     along = np.concatenate([np.zeros(3), np.linspace(0.0, 0.5, 10), np.full(3, 0.5)])
     places = np.column_stack([10.0 + along, np.full(len(along), 10.0), np.full(len(along), 30.0)])
     curve = Trajectory(places, 600.0 / (len(along) - 3))
