@@ -63,13 +63,13 @@ class DetectionMetric(eqx.Module):
     stride: int = eqx.field(static=True)
 
     @classmethod
-    def of(cls, search: Search, length_m: float, samples: int) -> DetectionMetric:
+    def of(cls, search: Search, length_m: float, spacing_m: float) -> DetectionMetric:
         """The metric for what a search looks for.
 
         Args:
             search: What it looks for, and how it sees.
             length_m: Length that a path can have at the most.
-            samples: How many samples of the path will be measured.
+            spacing_m: Greatest distance between the samples of a path; which of them count is compiled.
         """
         prior, radius = search.prior, search.detection_radius_m
         column = prior.mass.sum(axis=2)
@@ -90,7 +90,7 @@ class DetectionMetric(eqx.Module):
             radius_m=jnp.asarray(radius, jnp.float32),
             rate=jnp.asarray(rate, jnp.float32),
             most_found=jnp.asarray(most_found, jnp.float32),
-            stride=max(1, int(STEP_SHARE * radius * samples / length_m)),
+            stride=max(1, int(STEP_SHARE * radius / spacing_m)),
         )
 
     def __call__(self, position_unit: Float[Array, "time 3"], time_weight: Float[Array, "time"]) -> Float[Array, ""]:

@@ -240,22 +240,27 @@ def knots_for(problem: Problem, options: Options) -> tuple[int, int]:
         per_segment = 2 if samples >= 2 * FEWEST_SEGMENTS else 1
         segments = int(np.clip(-(-samples // per_segment), FEWEST_SEGMENTS, MOST_SEGMENTS))
         return segments, per_segment
-    half_wave_m = min(
-        length / (count - 1)
-        for length, count in zip(problem.workspace.lengths_m, options.modes, strict=True)
-        if count > 1
-    )
-    interval_s = max(
-        TURN_SHARE * limits.max_speed_mps / limits.turning_acceleration_mps2,
-        half_wave_m / limits.max_speed_mps / KNOTS_PER_HALF_WAVE,
-    )
-    wanted = np.clip(problem.duration_s / interval_s, FEWEST_SEGMENTS, MOST_SEGMENTS)
+    wanted = np.clip(problem.duration_s / wanted_interval_s(problem, options), FEWEST_SEGMENTS, MOST_SEGMENTS)
     steps = np.array([16, 24, 32, 48, 64, 96, 128, 192, 256, 384, 512, 768, 1024])
     segments = int(steps[np.searchsorted(steps, wanted - 1e-9)])
     step_m = limits.max_speed_mps * problem.duration_s / segments
     keep_out_m = max(problem.keep_out_m, 1e-3)
     per_segment = int(np.clip(np.ceil(step_m / (3.0 * keep_out_m)), 2, 4))
     return segments, per_segment
+
+
+def wanted_interval_s(problem: Problem, options: Options) -> float:
+    """Time between knots that vehicle and modes want, however long the path is: what a turn and a half wave take."""
+    limits = problem.limits
+    half_wave_m = min(
+        length / (count - 1)
+        for length, count in zip(problem.workspace.lengths_m, options.modes, strict=True)
+        if count > 1
+    )
+    return max(
+        TURN_SHARE * limits.max_speed_mps / limits.turning_acceleration_mps2,
+        half_wave_m / limits.max_speed_mps / KNOTS_PER_HALF_WAVE,
+    )
 
 
 def scene_of(problem: Problem, options: Options, segments: int, samples_per_segment: int) -> Scene:

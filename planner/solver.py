@@ -25,7 +25,7 @@ from planner.plan import Candidate, Plan, Status
 from planner.polish import STEIN_CHUNKS, STEIN_STEPS_PER_CHUNK, Particles, Round, explored, parted, polished
 from planner.problem import Method, Options, Problem
 from planner.rerouting import rerouted
-from planner.scene import TURN_RAD, Scene, free_from_control, knots_for, scene_of, trajectory_of
+from planner.scene import TURN_RAD, Scene, free_from_control, knots_for, scene_of, trajectory_of, wanted_interval_s
 from planner.seeds import heading_spline, seed_headings, seed_paths, spline_from_path
 from planner.selection import select
 from planner.time_budget import TimeBudget
@@ -243,8 +243,10 @@ class _Work:
             # What is seen of the ground says nothing about headings.
             rounds, hurried = (WARM_POLISH, ()) if self.warm else (POLISH, HURRIED_POLISH)
             return [Stage(self.scene, rounds, hurried, POLISH_SHARE)]
-        samples = self.segments * self.scene.samples_per_segment
-        finding = DetectionMetric.of(self.problem.search, self.problem.reach_m, samples)
+        # While a flight goes on what is left of it gets shorter, and nothing may be compiled for that.
+        interval_s = max(wanted_interval_s(self.problem, self.options), self.problem.duration_s / self.segments)
+        spacing_m = self.problem.limits.max_speed_mps * interval_s / self.scene.samples_per_segment
+        finding = DetectionMetric.of(self.problem.search, self.problem.reach_m, spacing_m)
         searching = dataclasses.replace(self.scene, metric=finding)
         if self.warm:
             return [Stage(searching, WARM_POLISH, (), POLISH_SHARE)]

@@ -13,7 +13,9 @@ from planner.information import DensityGrid, gaussians, uniform
 from planner.judging import Judge
 from planner.obstacles import ObstacleField
 from planner.problem import Limits, Options, Problem
-from planner.solver import solve
+from planner.scene import knots_for, scene_of
+from planner.solver import Stage, _Work, solve
+from planner.time_budget import TimeBudget
 from planner.trajectory import Motion
 from planner.workspace import Workspace
 
@@ -46,7 +48,7 @@ def length_m(path_unit: np.ndarray) -> float:
 @pytest.mark.parametrize("count", [3, 8, 14])
 def test_what_it_finds_is_what_sweeps_counted_one_by_one_find(count: int) -> None:
     path = rows(count)
-    metric = DetectionMetric.of(SEARCH, length_m(path), len(path))
+    metric = DetectionMetric.of(SEARCH, length_m(path), length_m(path) / len(path))
     found = float(metric.most_found) - float(metric(jnp.asarray(path, jnp.float32), jnp.ones(len(path))))
     assert found == pytest.approx(SEARCH.probability_found(BOX.enu_from_unit(path)), rel=0.1)
 
@@ -55,17 +57,17 @@ def test_nothing_of_that_length_is_below_zero() -> None:
     rng = np.random.default_rng(1)
     for count in (4, 10, 30):
         path = rows(count)
-        metric = DetectionMetric.of(SEARCH, length_m(path), len(path))
+        metric = DetectionMetric.of(SEARCH, length_m(path), length_m(path) / len(path))
         assert float(metric(jnp.asarray(path, jnp.float32), jnp.ones(len(path)))) > 0.0
     # What optimal effort itself finds, put down as mass: the bound is met, not undercut.
     peak = np.tile([0.25, 0.3, 0.5], (200, 1)) + rng.normal(0.0, 0.02, (200, 3))
-    metric = DetectionMetric.of(SEARCH, length_m(peak), len(peak))
+    metric = DetectionMetric.of(SEARCH, length_m(peak), length_m(peak) / len(peak))
     assert float(metric(jnp.asarray(peak, jnp.float32), jnp.ones(200))) > 0.0
 
 
 def test_its_gradient_is_that_of_finite_differences() -> None:
     path = rows(6, 300)
-    metric = DetectionMetric.of(SEARCH, length_m(path), len(path))
+    metric = DetectionMetric.of(SEARCH, length_m(path), length_m(path) / len(path))
     rng = np.random.default_rng(0)
     smooth = np.cumsum(rng.normal(0.0, 1.0, path.shape), axis=0)
     along = smooth / np.abs(smooth).max() * np.array([1.0, 1.0, 0.0])
@@ -79,7 +81,7 @@ def test_its_gradient_is_that_of_finite_differences() -> None:
 
 def test_cells_that_do_not_divide_evenly_lose_nothing() -> None:
     odd = DensityGrid(BOX, np.random.default_rng(0).random((517, 331, 1)))
-    metric = DetectionMetric.of(dataclasses.replace(SEARCH, prior=odd), 4000.0, 500)
+    metric = DetectionMetric.of(dataclasses.replace(SEARCH, prior=odd), 4000.0, 8.0)
     assert float(metric.probability.sum()) == pytest.approx(1.0, abs=1e-5)
     assert metric.edges_m[0][-1] == pytest.approx(600.0)
     assert metric.edges_m[1][-1] == pytest.approx(400.0)
@@ -101,6 +103,15 @@ def problem(search: Search | None) -> Problem:
     )
 
 
+def stages_of(left: Problem, options: Options) -> list[Stage]:
+    """The polish of a replan."""
+    segments, per_segment = knots_for(left, options)
+    scene = scene_of(left, options, segments, per_segment)
+    work = _Work(left, options, scene, segments, lambda _: None, TimeBudget(lambda: np.inf))
+    work.warm = True
+    return work._stages()
+
+
 @pytest.fixture(scope="module")
 def options() -> Options:
     return Options(candidates=3, modes=(16, 16, 1), seed=0)
@@ -120,6 +131,22 @@ def test_a_search_finds_more_than_its_effort_alone_and_far_more_than_rows(option
     # The one that finds most is flown, whatever its E.
     assert plan.best.probability_found == max(one.probability_found or 0.0 for one in plan.candidates if one.feasible)
     assert plan.best.objective == pytest.approx(1.0 - plan.best.probability_found)
+
+
+def test_what_is_left_of_a_search_needs_nothing_compiled(options: Options) -> None:
+    whole = problem(SEARCH)
+    segments, _ = knots_for(whole, options)
+    flown = whole.start.position_m + np.linspace(0.0, 300.0, 200)[:, None] * np.array([1.0, 0.0, 0.0])
+    shapes = set()
+    for share in (1.0, 0.83, 0.6, 0.45, 0.36):
+        left = dataclasses.replace(
+            whole, duration_s=share * whole.duration_s, search=SEARCH.after(flown) if share < 1.0 else SEARCH
+        )
+        # As replans do it: the same knots for what is left.
+        asked = dataclasses.replace(options, time_step_s=left.duration_s / (2 * segments))
+        (stage,) = stages_of(left, asked)
+        shapes.add(str(jax.tree.map(jnp.shape, stage.scene)))
+    assert len(shapes) == 1
 
 
 def test_without_a_search_nothing_is_found_and_the_metric_is_what_counts(options: Options) -> None:
