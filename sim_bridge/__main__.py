@@ -117,6 +117,10 @@ def run(
     airframe_kind: Annotated[
         AirframeKind, typer.Option("--airframe", help="What the vehicle is built like.")
     ] = AirframeKind.QUADROTOR,
+    drag: Annotated[
+        float | None,
+        typer.Option(min=0.0, max=5.0, help="Deceleration per speed through the air, 1/s; default: the airframe's."),
+    ] = None,
     wander: Annotated[float, typer.Option(min=0.0, help="How far the position estimate wanders, m.")] = 0.8,
     ready_after: Annotated[
         float | None, typer.Option(min=0.0, help="From boot until it can be armed, s; default: as the real one.")
@@ -153,7 +157,7 @@ def run(
         VehicleConfig(
             ground=geodetic_from_enu((SPACING_M * index, 0.0, 0.0), ground) if index else ground,
             system=1 + index,
-            airframe=airframe(airframe_kind, endurance),
+            airframe=airframe(airframe_kind, endurance, drag),
             wind=Wind((north, east, 0.0), gust),
             parameters=tuple(_parameter(text) for text in param or ()),
             ready_after_s=ready_after,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import enum
 
 from sim_bridge.vehicle.kinematics import Airframe
@@ -16,7 +17,7 @@ class AirframeKind(enum.Enum):
     """A Crazyflie 2.1: 27 g that turn within hundredths of a second, tilt limited to 20° by its firmware."""
 
 
-def airframe(kind: AirframeKind, endurance_s: float) -> Airframe:
+def airframe(kind: AirframeKind, endurance_s: float, drag: float | None = None) -> Airframe:
     """What a vehicle of a kind can do.
 
     The Crazyflie's gains are its firmware's: 2 for position, and 25° of tilt per m/s of velocity error, which is
@@ -25,12 +26,14 @@ def airframe(kind: AirframeKind, endurance_s: float) -> Airframe:
     Args:
         kind: Which.
         endurance_s: Time a full battery hovers.
+        drag: Deceleration per speed through the air, 1/s; None: the kind's own. PX4's simulated quadrotor (SIH) has
+            1.0, far more than a real one, and lags accordingly; with as much this one lags like it.
     """
     match kind:
         case AirframeKind.QUADROTOR:
-            return Airframe(endurance_s=endurance_s)
+            frame = Airframe(endurance_s=endurance_s)
         case AirframeKind.CRAZYFLIE:
-            return Airframe(
+            frame = Airframe(
                 max_acceleration_mps2=3.5,
                 max_jerk_mps3=100.0,
                 thrust_to_weight=1.9,
@@ -41,3 +44,4 @@ def airframe(kind: AirframeKind, endurance_s: float) -> Airframe:
                 drag=0.1,
                 endurance_s=endurance_s,
             )
+    return frame if drag is None else dataclasses.replace(frame, drag=drag)
