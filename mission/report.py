@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from mission.flying.chatter import Chatter
 from mission.flying.flight_log import FlightLog
 from mission.pictures.style import distance, duration
 from mission.view import words_of
@@ -159,7 +160,13 @@ def _replans(log: FlightLog) -> str:
 
 def _events(log: FlightLog) -> str:
     # Answers are written when they arrive, with the time they are about.
-    shown = sorted((event for event in log.events if event["kind"] in _SHOWN), key=lambda event: event["t"])
+    told = sorted((event for event in log.events if event["kind"] in _SHOWN), key=lambda event: event["t"])
+    chatter = Chatter()
+    shown = [
+        event
+        for event in told
+        if event["kind"] != "say" or not chatter.repeats(event["text"], event["t"]) or event["warning"]
+    ]
     rows = [(f"{event['t']:.1f}", words_of(event)) for event in shown[:_MOST_EVENTS]]
     warnings = {index for index, event in enumerate(shown) if event.get("warning")}
     more = f'<p class="soft">… and {len(shown) - _MOST_EVENTS} more in the log</p>' if len(shown) > _MOST_EVENTS else ""

@@ -241,6 +241,10 @@ class Entered:
     why: str
 
 
+VEHICLE_SAYS = "vehicle: "
+"""How a line begins that repeats what the vehicle said."""
+
+
 @dataclasses.dataclass(frozen=True)
 class Say:
     """Tell the operator."""

@@ -14,6 +14,7 @@ from collections.abc import Callable
 from mission.executive.course import Course
 from mission.executive.course_keeper import CourseKeeper
 from mission.executive.events import (
+    VEHICLE_SAYS,
     Action,
     Assignment,
     Checked,
@@ -191,7 +192,7 @@ class Executive:
                 self._link.heard(now_s)
                 self._hearing.waits(event.waiting_for)
             case StatusText():
-                self._machine.say(f"vehicle: {event.text}", warning=event.severity <= 4)
+                self._machine.say(f"{VEHICLE_SAYS}{event.text}", warning=event.severity <= 4)
             case Connected():
                 self._link.heard(now_s)
                 self._fire(Trigger.CONNECTED, now_s)

@@ -40,6 +40,7 @@ from mission.executive.events import (
 from mission.executive.executive import Executive
 from mission.executive.phases import ON_COURSE, STREAMING, Phase
 from mission.flying.belief import Belief
+from mission.flying.chatter import Chatter
 from mission.flying.clock import FlightClock
 from mission.flying.flight_progress import Progress, Watcher
 from mission.flying.home_reckoning import HomeReckoning
@@ -121,6 +122,7 @@ class FlightLoop:
         self._keeping = False
         self._jobs = concurrent.futures.ThreadPoolExecutor(1, thread_name_prefix="checks")
         self._reckoning = HomeReckoning(lambda wanted: self._ground.find_way(wanted))
+        self._chatter = Chatter()
         self._interrupts = 0
         self._shown_s = 0.0
         self._noted_s = 0.0
@@ -289,7 +291,8 @@ class FlightLoop:
                     self._watcher.say(f"{phase.value}: {why}", warning=False)
                 case Say(text, warning):
                     self._recorder.write("say", now_s, text=text, warning=warning)
-                    self._watcher.say(text, warning)
+                    if not self._chatter.repeats(text, now_s) or warning:
+                        self._watcher.say(text, warning)
 
     def _watch_log(self) -> None:
         """Tell once when the log cannot be written, and once when it can again; the flight goes on."""
