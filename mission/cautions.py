@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
 
 from mission.mission_file import Mission
 from mission.mission_file.information import Raster
+from mission.mission_file.obstacle import Box, Cylinder, Prism, Sphere
+from mission.site.nearness import FAR_M, gap_m
 
 if TYPE_CHECKING:
     from mission.planning import Planned
@@ -24,6 +27,34 @@ SPEED_SAMPLES = 5000
 
 def cautions_about(mission: Mission) -> list[str]:
     """What a mission probably does not mean, a sentence each."""
+    return [*_about_the_raster(mission), *_about_far_obstacles(mission)]
+
+
+def _about_far_obstacles(mission: Mission) -> Iterator[str]:
+    """Files that lie elsewhere are refused; one obstacle in numbers may be one of a list that others use too."""
+    from mission.site.solids import frame_of
+
+    region = frame_of(mission)
+    for section in ("obstacle", "no_fly"):
+        for index, entry in enumerate(getattr(mission, section)):
+            match entry:
+                case Sphere() | Cylinder():
+                    center = np.array(entry.center_enu_m)
+                    part = np.stack([center - entry.radius_m, center + entry.radius_m])
+                case Box():
+                    part = np.array([entry.min_enu_m, entry.max_enu_m])
+                case Prism():
+                    part = np.array(entry.polygon_enu_m)
+                case _:
+                    continue
+            if (far_m := gap_m(part, region.low_m, region.high_m)) > FAR_M:
+                yield (
+                    f"{section}.{index} ({entry.kind}) lies {far_m / 1000.0:.0f} km from the mission and keeps it from "
+                    "nothing: are its numbers metres east and north of site.origin?"
+                )
+
+
+def _about_the_raster(mission: Mission) -> list[str]:
     information = mission.information
     if not isinstance(information, Raster) or information.georeferenced:
         # A georeferenced one with gaps in the box is refused.

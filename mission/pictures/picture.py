@@ -114,7 +114,7 @@ def _heading(figure: Figure, planned: Planned) -> None:
         verdict, color = f"nothing to fly: {plan.status.value}", LIMIT
     else:
         verdict = (
-            f"candidate {plan.selected} of {len(plan.candidates)}, grown from {candidate.seed_pattern}   ·   "
+            f"candidate {plan.selected}, one of {len(plan.candidates)}, grown from {candidate.seed_pattern}   ·   "
             f"{_worth(plan)}   ·   {distance(report.length_m)} in {duration(report.duration_s)}"
         )
         color = SOFT

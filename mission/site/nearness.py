@@ -1,4 +1,4 @@
-"""Whether a file of obstacles lies where the mission is: one that lies elsewhere keeps nobody from anything."""
+"""Whether obstacles lie where the mission is: those that lie elsewhere keep nobody from anything."""
 
 from __future__ import annotations
 
@@ -8,7 +8,21 @@ import numpy as np
 from jaxtyping import Float
 
 FAR_M = 2_000.0
-"""Nothing of a file nearer to the box than this: it was meant for another place."""
+"""What has nothing nearer to the box than this was meant for another place."""
+
+
+def gap_m(
+    part_m: Float[np.ndarray, "point axis"], low_m: tuple[float, float, float], high_m: tuple[float, float, float]
+) -> float:
+    """How far the box around some points is from a region, along the axis where that is most; negative: they overlap.
+
+    Args:
+        part_m: The points, along east and north (and up).
+        low_m: Lower corner of the region.
+        high_m: Upper corner.
+    """
+    axes = part_m.shape[1]
+    return float(np.maximum(np.min(part_m, axis=0) - high_m[:axes], low_m[:axes] - np.max(part_m, axis=0)).max())
 
 
 def demand_near(
@@ -30,13 +44,6 @@ def demand_near(
     Raises:
         ValueError: All of it is farther away than `FAR_M`.
     """
-    gaps = [
-        float(
-            np.maximum(
-                np.min(part, axis=0) - high_m[: part.shape[1]], low_m[: part.shape[1]] - np.max(part, axis=0)
-            ).max()
-        )
-        for part in parts_m
-    ]
+    gaps = [gap_m(part, low_m, high_m) for part in parts_m]
     if (nearest := min(gaps)) > FAR_M:
         raise ValueError(f"{name} lies {nearest / 1000.0:.0f} km from the mission: {hint}")

@@ -33,6 +33,21 @@ def test_a_raster_that_covers_a_quarter_of_the_box_and_is_cut_is_said(sound, tmp
     assert checked(sound, raster + ", center_enu_m=[250, 250]}") == []
 
 
+@pytest.mark.parametrize(
+    ("section", "kind", "shape"),
+    [
+        ("obstacle", "sphere", "center_enu_m=[{east}, 250, 50], radius_m=20"),
+        ("obstacle", "cylinder", "center_enu_m=[{east}, 250], radius_m=5, floor_m=0, ceiling_m=60"),
+        ("obstacle", "box", "min_enu_m=[{east}, 0, 0], max_enu_m=[10000, 10, 9]"),
+        ("no_fly", "prism", "polygon_enu_m=[[{east}, 0], [10000, 0], [10000, 30]], floor_m=0, ceiling_m=60"),
+    ],
+)
+def test_an_obstacle_in_numbers_that_lies_elsewhere_is_said_and_one_nearby_is_not(section, kind, shape, sound):
+    (said,) = checked(sound, f"{section}=[{{kind='{kind}', {shape.format(east=9000)}}}]")
+    assert said.startswith(f"{section}.0 ({kind}) lies 8 km from the mission")
+    assert checked(sound, f"{section}=[{{kind='{kind}', {shape.format(east=900)}}}]") == []
+
+
 def test_a_plan_that_loses_to_the_lawnmower_or_stands_still_is_said(planned):
     assert cautions_about_plan(planned) == []
     worse = dataclasses.replace(planned, plan=dataclasses.replace(planned.plan, lawnmower_ergodic_metric=0.001))
