@@ -48,6 +48,7 @@ def fly(
     as_json: JsonOption = False,
 ) -> None:
     """Plan a mission, fly it, replan on the way, land, and leave a folder with everything about it."""
+    from mission.cautions import cautions_about, cautions_about_plan
     from mission.checks import findings_for_flying
     from mission.flying.folder_claim import claimed
     from mission.flying.recorder import LOG_NAME
@@ -86,6 +87,8 @@ def fly(
             if as_json:
                 emit({"outcome": "nothing to fly", "landed": False, "status": planned.plan.status.value})
             raise typer.Exit(Exit.COULD_NOT)
+        for caution in (*cautions_about(mission), *cautions_about_plan(planned)):
+            say(f"! {caution}")
         settings = settings_of(mission, folder=folder, speed=speed)
         carry_out(planned, settings, view=view, as_json=as_json)
 
