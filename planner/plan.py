@@ -14,11 +14,12 @@ from planner.trajectory import Trajectory
 
 
 class Status(enum.Enum):
-    """How a solve ended; only the first three leave something to fly."""
+    """How a solve ended; all but the last leave something to fly."""
 
     CONVERGED = "converged"
     KEPT = "an earlier path goes on: nothing was solved"
     STEP_LIMIT = "step limit reached"
+    DIVERGED = "the steps diverged: the seeds are left"
     INFEASIBLE = "no candidate passed the gate"
 
 

@@ -154,6 +154,8 @@ class _Work:
         # Whose newest version would be the better one if the gate let it through.
         self.refused: list[bool] = []
         self.warm = False
+        # Whether steps left no candidate with numbers in it.
+        self.diverged = False
         # Sets of seeds that came to nothing.
         self.spent = 0
         self.steps = 0
@@ -194,6 +196,8 @@ class _Work:
             particles: Their free control points.
             places: Which of the set they are; None: all of it.
         """
+        finite = np.isfinite(particles).all(axis=(1, 2))
+        self.diverged |= not finite.any()
         for index, points in zip(range(len(particles)) if places is None else places, particles, strict=True):
             if not np.isfinite(points).all():
                 continue
@@ -285,7 +289,7 @@ class _Work:
         if selected is None:
             status, length_m = Status.INFEASIBLE, float(np.median([one.report.length_m for one in self.best]))
         else:
-            status = Status.STEP_LIMIT if self.budget.fell_short else Status.CONVERGED
+            status = self._ended()
             length_m = self.best[selected].report.length_m
         baseline, found_by_baseline = float("nan"), None
         if not self.warm:
@@ -305,6 +309,12 @@ class _Work:
             diversity=diversity(self.problem.workspace.unit_from_enu(paths)),
             steps=self.steps,
         )
+
+    def _ended(self) -> Status:
+        """How the steps ended, where something is left to fly."""
+        if self.diverged:
+            return Status.DIVERGED
+        return Status.STEP_LIMIT if self.budget.fell_short else Status.CONVERGED
 
     def _descended(
         self,

@@ -96,8 +96,13 @@ def _report(planned: Planned, files: list[Path]) -> None:
             f"length {best.report.length_m:.1f} m, duration {best.report.duration_s:.1f} s, speed up to "
             f"{best.report.max_speed_mps:.2f} m/s, {near if not planned.problem.obstacles.is_empty else 'no obstacles'}"
         )
-    if found.status is Status.STEP_LIMIT:
-        say("it ran short of time: with a larger planner.time_limit_s the plan gets better")
+    match found.status:
+        case Status.STEP_LIMIT:
+            say("it ran short of time: with a larger planner.time_limit_s the plan gets better")
+        case Status.DIVERGED:
+            say('! the steps diverged and the paths are the seeds: write planner.method = "default"')
+        case _:
+            pass
     for caution in (*cautions_about(planned.mission), *cautions_about_plan(planned)):
         say(f"! {caution}")
     compiling = f", and {planned.compile_s:.0f} s of compiling" if planned.compile_s >= 0.5 else ""
