@@ -4,11 +4,14 @@ Measured where they leave (the sender's monotonic clock at its socket) and where
 its own log has it, to a hundredth of a second); all of them, and only those that are new: mavsdk repeats the last one
 by itself, which says nothing of the flight.
 
-python -m benchmarks.flying.gap [MINUTES]
+python -m benchmarks.flying.gap [MINUTES [FOLDER]]
+
+With a folder the flight is kept there, its log and its wire, to look into what was late.
 """
 
 from __future__ import annotations
 
+import contextlib
 import itertools
 import json
 import struct
@@ -87,7 +90,9 @@ def main() -> None:
     changes = [f"planner.duration_s={exploration_s:g}", f"vehicle.endurance_s={2.0 * exploration_s + 600.0:g}"]
     file = EXAMPLES / "search.toml"
     mission = load(file, changes)
-    with tempfile.TemporaryDirectory() as scratch:
+    with contextlib.ExitStack() as stack:
+        kept = sys.argv[2] if len(sys.argv) > 2 else None
+        scratch = kept or stack.enter_context(tempfile.TemporaryDirectory())
         folder = Path(scratch) / "flight"
         vehicle = spawn(
             geodetic_from_enu(mission.home_enu_m, mission.site.origin.point()),
