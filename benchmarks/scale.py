@@ -20,7 +20,7 @@ from mission.loading import load
 from mission.planning import CompileTime, keep_compiled
 from mission.site.problem import options_from_mission, problem_from_mission
 from planner.information import gaussians
-from planner.obstacles import Box, Cylinder, Obstacle, ObstacleField, Sphere
+from planner.obstacles import Box, Cylinder, Obstacle, ObstacleField, Prism, Sphere
 from planner.plan import Plan
 from planner.problem import Limits, Options, Problem
 from planner.solver import solve
@@ -81,6 +81,44 @@ def site(lengths_m: tuple[float, float, float], limits: Limits, duration_s: floa
     return make
 
 
+def town(buildings: int, trees: int) -> Make:
+    """Two square kilometres of buildings and trees, flown between and over; most of it is as high as the flight."""
+
+    def make(seed: int) -> Problem:
+        rng = np.random.default_rng(seed)
+        lengths_m = np.array([1600.0, 1250.0, 60.0])
+        start = np.array([15.0, 15.0, 30.0])
+        mean, std = rng.uniform(0.15, 0.85, (5, 3)) * lengths_m, rng.uniform(0.05, 0.12, (5, 3)) * lengths_m
+        shapes: list[Obstacle] = []
+        while len(shapes) < buildings + trees:
+            center = rng.uniform(0.0, 1.0, 2) * lengths_m[:2]
+            if np.linalg.norm(center - start[:2]) < 25.0:
+                continue
+            if len(shapes) < buildings:
+                east, north = rng.uniform(5.0, 12.0, 2)
+                corners = np.array(
+                    [[-east, -north], [east, -north], [east, north], [0.0, north], [0.0, 0.0], [-east, 0.0]]
+                )
+                turn = rng.uniform(0.0, np.pi)
+                turned = corners @ np.array([[np.cos(turn), np.sin(turn)], [-np.sin(turn), np.cos(turn)]])
+                shapes.append(Prism(center + turned, 0.0, rng.uniform(6.0, 45.0)))
+            else:
+                shapes.append(Cylinder(center, rng.uniform(1.0, 4.0), 0.0, rng.uniform(5.0, 25.0)))
+        return Problem(
+            workspace=Workspace(np.zeros(3), lengths_m),
+            information=gaussians(Workspace(np.zeros(3), lengths_m), mean, std, np.ones(5), (128, 128, 8)),
+            obstacles=ObstacleField.of(shapes),
+            limits=Limits(10.0, 3.0, 2.0, 3.0),
+            start=Motion.at_rest(start),
+            end_position_m=start,
+            duration_s=900.0,
+            vehicle_radius_m=0.5,
+            clearance_margin_m=2.0,
+        )
+
+    return make
+
+
 def cases() -> dict[str, tuple[Make, Options]]:
     """Name → problems and options."""
     room, room_options = example("room")
@@ -92,6 +130,7 @@ def cases() -> dict[str, tuple[Make, Options]]:
         "forest, twelve candidates": (forest, dataclasses.replace(forest_options, candidates=12)),
         "field, T=600, 32×32×4": (field, Options(candidates=16, modes=(32, 32, 4), time_step_s=2.0)),
         "field, its own knots": (field, Options(candidates=16, modes=(32, 32, 4))),
+        "town, 1000 buildings, 1000 trees": (town(1000, 1000), Options(candidates=8, modes=(24, 20, 1))),
         "10 km², 32×32": (county, Options(candidates=8, modes=(32, 32, 1))),
     }
 

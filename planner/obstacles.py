@@ -24,10 +24,13 @@ from jaxtyping import Array, Float, Int
 
 from planner.distance_grid import DistanceGrid
 from planner.height_field import HeightField
+from planner.near_lists import SPARE, NearLists, near_lists, nearest_somewhere
 from planner.nearest import least
 from planner.polygon import FAR_M, AnyArray, Prisms, Values, checked_polygon, extruded, padded_count
 
 FEWEST_SHAPES = 8
+MANY = 64
+"""From so many solids, or blocks of edges, on lists of what is near cost less than looking at everything."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -124,6 +127,7 @@ class GrownBoxes(eqx.Module):
         ceiling_m: Upper end.
         planar_growth_m: How far the cross-section is grown.
         growth_m: How far the whole is grown after that.
+        near: Which of them can be nearest where; None: all of them anywhere.
     """
 
     center_m: Float[np.ndarray | Array, "obstacle 2"]
@@ -132,6 +136,7 @@ class GrownBoxes(eqx.Module):
     ceiling_m: Float[np.ndarray | Array, "obstacle"]
     planar_growth_m: Float[np.ndarray | Array, "obstacle"]
     growth_m: Float[np.ndarray | Array, "obstacle"]
+    near: NearLists | None = None
 
     @classmethod
     def of(cls, shapes: Sequence[Sphere | Cylinder | Box]) -> GrownBoxes:
@@ -169,21 +174,39 @@ class GrownBoxes(eqx.Module):
 
         still = jax.lax.stop_gradient((x, y, z))
 
-        def body(carry: tuple[Array, Array], one: tuple[GrownBoxes, Array]) -> tuple[tuple[Array, Array], None]:
+        def body(carry: tuple[Array, Array], number: Array) -> tuple[tuple[Array, Array], None]:
             least, nearest = carry
-            distance = one[0].signed(jnp, *still)
-            return (jnp.minimum(least, distance), jnp.where(distance < least, one[1], nearest)), None
+            distance = self._numbered(number).signed(jnp, *still)
+            return (jnp.minimum(least, distance), jnp.where(distance < least, number, nearest)), None
 
-        numbered = (self, jnp.arange(self.floor_m.shape[0], dtype=jnp.int32))
+        if self.near is None:
+            looked_at = jnp.arange(self.floor_m.shape[0], dtype=jnp.int32)
+        else:
+            looked_at = jnp.moveaxis(self.near.at(*still), -1, 0)
         begin = (jnp.full_like(x, jnp.inf), jnp.zeros(x.shape, jnp.int32))
-        (_, nearest), _ = jax.lax.scan(body, begin, numbered)
-        chosen: GrownBoxes = jax.tree.map(lambda leaf: jnp.asarray(leaf)[nearest], self)
-        return chosen.signed(jnp, x, y, z)
+        (_, nearest), _ = jax.lax.scan(body, begin, looked_at)
+        return self._numbered(nearest).signed(jnp, x, y, z)
+
+    def listed(self, low_m: Float[np.ndarray, "3"], high_m: Float[np.ndarray, "3"]) -> GrownBoxes:
+        """The same with lists of what is near in each part of a box."""
+        lists = nearest_somewhere(low_m, high_m, self.floor_m.shape[0], self._to_some)
+        width = padded_count(max(map(len, lists)) + SPARE, FEWEST_SHAPES)
+        # One body more than once is nearest all the same.
+        full = [np.resize(some, width) for some in lists]
+        return dataclasses.replace(self, near=near_lists(low_m, high_m, full, width))
+
+    @property
+    def _bodies(self) -> GrownBoxes:
+        """Without lists. To make a module takes its time, and the host asks often."""
+        return self if self.near is None else dataclasses.replace(self, near=None)
+
+    def _numbered(self, number: Array) -> GrownBoxes:
+        return jax.tree.map(lambda leaf: jnp.asarray(leaf)[number], self._bodies)
 
     def _to_some(
         self, points_m: Float[np.ndarray, "point 3"], bodies: Int[np.ndarray, "some"]
     ) -> Float[np.ndarray, "some point"]:
-        some: GrownBoxes = jax.tree.map(lambda leaf: leaf[bodies, None], self)
+        some: GrownBoxes = jax.tree.map(lambda leaf: leaf[bodies, None], self._bodies)
         return some.signed(np, *points_m.T)
 
 
@@ -212,6 +235,20 @@ class ObstacleField(eqx.Module):
             Prisms.of([p.polygon_m for p in prisms], [p.floor_m for p in prisms], [p.ceiling_m for p in prisms]),
             tuple(o for o in listed if isinstance(o, DistanceGrid)),
             tuple(o for o in listed if isinstance(o, HeightField)),
+        )
+
+    def listed(self, low_m: Float[np.ndarray, "3"], high_m: Float[np.ndarray, "3"]) -> ObstacleField:
+        """The same distances inside a box, from lists of what is near in each part of it where there are many shapes.
+
+        Args:
+            low_m: Lower corner of the box.
+            high_m: Upper corner.
+        """
+        many = self.solids.floor_m.shape[0] >= MANY, self.prisms.first.shape[0] >= MANY
+        return dataclasses.replace(
+            self,
+            solids=self.solids.listed(low_m, high_m) if many[0] else self.solids,
+            prisms=self.prisms.listed(low_m, high_m) if many[1] else self.prisms,
         )
 
     @property

@@ -17,6 +17,7 @@ with them, which is the derivative of the minimum.
 
 from __future__ import annotations
 
+import dataclasses
 import types
 from collections.abc import Sequence
 from typing import Any, TypeVar
@@ -27,6 +28,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from planner.near_lists import SPARE, NearLists, near_lists, nearest_somewhere
 from planner.nearest import least
 
 # Distance to what is not there: far outside any mission, harmless in single precision.
@@ -52,6 +54,7 @@ class Prisms(eqx.Module):
         last: 1 where they end, else 0.
         floor_m: Lower end of the block's prism.
         ceiling_m: Upper end.
+        near: Which blocks can be nearest where, those of a prism together; None: all of them anywhere.
     """
 
     start_m: Float[np.ndarray | Array, "block edge 2"]
@@ -61,6 +64,7 @@ class Prisms(eqx.Module):
     last: Float[np.ndarray | Array, "block"]
     floor_m: Float[np.ndarray | Array, "block"]
     ceiling_m: Float[np.ndarray | Array, "block"]
+    near: NearLists | None = None
 
     @classmethod
     def of(
@@ -120,29 +124,42 @@ class Prisms(eqx.Module):
         squared = _edge(jnp, x, y, start, step, inverse)
         return extruded(jnp, sign * safe_sqrt(jnp, squared), jnp.maximum(floor - z, z - ceiling))
 
+    def listed(self, low_m: Float[np.ndarray, "3"], high_m: Float[np.ndarray, "3"]) -> Prisms:
+        """The same with lists of what is near in each part of a box."""
+        begins, blocks = self._blocks()
+        lists = [
+            np.concatenate([begins[prism] + np.arange(int(blocks[prism])) for prism in some])
+            for some in nearest_somewhere(low_m, high_m, len(begins), self._to_some)
+        ]
+        width = padded_count(max(map(len, lists)) + SPARE, FEWEST_BLOCKS)
+        return dataclasses.replace(self, near=near_lists(low_m, high_m, lists, width))
+
     def _host_distance(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-        begins = np.flatnonzero(self.first)
-        blocks = np.diff(np.append(begins, len(self.first)))
-
-        def to_some(
-            points_m: Float[np.ndarray, "point 3"], prisms: Int[np.ndarray, "some"]
-        ) -> Float[np.ndarray, "some point"]:
-            """Every edge against every point, and the least over each prism."""
-            count = blocks[prisms]
-            here = np.cumsum(count) - count
-            block = np.arange(count.sum()) + np.repeat(begins[prisms] - here, count)
-            start, step, inverse = (part[block][:, :, None] for part in (self.start_m, self.step_m, self.inverse_m2))
-            east, north, height = points_m.T
-            squared = _edge(np, east, north, start, step, inverse).min(axis=1)
-            crossed = _crossed(east, north, start, step).sum(axis=1)
-            horizontal = np.sqrt(np.minimum.reduceat(squared, here, axis=0))
-            inside = np.add.reduceat(crossed, here, axis=0) % 2 == 1
-            floor, ceiling = self.floor_m[begins[prisms], None], self.ceiling_m[begins[prisms], None]
-            vertical = np.maximum(floor - height, height - ceiling)
-            return extruded(np, np.where(inside, -horizontal, horizontal), vertical)
-
         points = np.stack([x, y, z], axis=-1).reshape(-1, 3)
-        return least(points, BLOCK * blocks, to_some).reshape(x.shape)
+        return least(points, BLOCK * self._blocks()[1], self._to_some).reshape(x.shape)
+
+    def _blocks(self) -> tuple[Int[np.ndarray, "prism"], Int[np.ndarray, "prism"]]:
+        """The first block of each prism, and how many it has."""
+        begins = np.flatnonzero(self.first)
+        return begins, np.diff(np.append(begins, len(self.first)))
+
+    def _to_some(
+        self, points_m: Float[np.ndarray, "point 3"], prisms: Int[np.ndarray, "some"]
+    ) -> Float[np.ndarray, "some point"]:
+        """Every edge against every point, and the least over each prism."""
+        begins, blocks = self._blocks()
+        count = blocks[prisms]
+        here = np.cumsum(count) - count
+        block = np.arange(count.sum()) + np.repeat(begins[prisms] - here, count)
+        start, step, inverse = (part[block][:, :, None] for part in (self.start_m, self.step_m, self.inverse_m2))
+        east, north, height = points_m.T
+        squared = _edge(np, east, north, start, step, inverse).min(axis=1)
+        crossed = _crossed(east, north, start, step).sum(axis=1)
+        horizontal = np.sqrt(np.minimum.reduceat(squared, here, axis=0))
+        inside = np.add.reduceat(crossed, here, axis=0) % 2 == 1
+        floor, ceiling = self.floor_m[begins[prisms], None], self.ceiling_m[begins[prisms], None]
+        vertical = np.maximum(floor - height, height - ceiling)
+        return extruded(np, np.where(inside, -horizontal, horizontal), vertical)
 
 
 class KeepIn(eqx.Module):
@@ -235,21 +252,25 @@ def _crossed(x: Values, y: Values, start: Values, step: Values) -> Values:
 
 def _nearest_edge(prisms: Prisms, x: Array, y: Array, z: Array) -> tuple[Array, Array]:
     """For each point the edge (flat index) of the nearest prism, and −1 inside that prism's polygon, else 1."""
+    everything = dataclasses.replace(prisms, near=None)
 
-    def body(carry: tuple[Array, ...], block: tuple[Prisms, Array]) -> tuple[tuple[Array, ...], None]:
+    def body(carry: tuple[Array, ...], number: Array) -> tuple[tuple[Array, ...], None]:
         best, best_edge, best_sign, squared, edge, sign = carry
-        prism, index = block
-        squared = jnp.where(prism.first > 0.0, jnp.inf, squared)
-        sign = jnp.where(prism.first > 0.0, 1.0, sign)
+        # A filler begins a prism that has no edge and never ends.
+        there, index = number >= 0, jnp.maximum(number, 0)
+        prism: Prisms = jax.tree.map(lambda leaf: jnp.asarray(leaf)[index], everything)
+        begins = (prism.first > 0.0) | ~there
+        squared = jnp.where(begins, jnp.inf, squared)
+        sign = jnp.where(begins, 1.0, sign)
         for part in range(BLOCK):
-            start, step = prism.start_m[part], prism.step_m[part]
-            found = _edge(jnp, x, y, start, step, prism.inverse_m2[part])
+            start, step = prism.start_m[..., part, :], prism.step_m[..., part, :]
+            found = _edge(jnp, x, y, start, step, prism.inverse_m2[..., part])
             edge = jnp.where(found < squared, index * BLOCK + part, edge)
             squared = jnp.minimum(squared, found)
             sign = jnp.where(_crossed(x, y, start, step), -sign, sign)
         vertical = jnp.maximum(prism.floor_m - z, z - prism.ceiling_m)
         distance = extruded(jnp, sign * jnp.sqrt(squared), vertical)
-        nearer = (prism.last > 0.0) & (distance < best)
+        nearer = (prism.last > 0.0) & there & (distance < best)
         best = jnp.where(nearer, distance, best)
         return (
             best,
@@ -261,6 +282,9 @@ def _nearest_edge(prisms: Prisms, x: Array, y: Array, z: Array) -> tuple[Array, 
         ), None
 
     far, none, one = jnp.full_like(x, jnp.inf), jnp.zeros(x.shape, jnp.int32), jnp.ones_like(x)
-    blocks = (prisms, jnp.arange(prisms.first.shape[0], dtype=jnp.int32))
-    (_, edge, sign, *_), _ = jax.lax.scan(body, (far, none, one, far, none, one), blocks)
+    if prisms.near is None:
+        looked_at = jnp.arange(prisms.first.shape[0], dtype=jnp.int32)
+    else:
+        looked_at = jnp.moveaxis(prisms.near.at(x, y, z), -1, 0)
+    (_, edge, sign, *_), _ = jax.lax.scan(body, (far, none, one, far, none, one), looked_at)
     return edge, sign

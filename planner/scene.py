@@ -283,7 +283,8 @@ def scene_of(problem: Problem, options: Options, segments: int, samples_per_segm
     fence = KeepIn.everywhere() if problem.fence_polygon_m is None else KeepIn.of(problem.fence_polygon_m)
 
     def single(value: float | np.ndarray) -> Array:
-        return jnp.asarray(value, jnp.float32)
+        whole = np.issubdtype(np.asarray(value).dtype, np.integer)
+        return jnp.asarray(value, jnp.int32 if whole else jnp.float32)
 
     first = workspace.unit_from_enu(control_points_at_start(problem.start, interval_s))
     end, end_is_fixed = workspace.unit_from_enu(end), np.asarray(problem.end_position_m is not None)
@@ -309,7 +310,7 @@ def scene_of(problem: Problem, options: Options, segments: int, samples_per_segm
         max_turn_rate_radps=single(LIMIT_SHARE * limits.max_turn_rate_radps),
         max_yaw_rate_turns_per_s=single(LIMIT_SHARE * limits.max_yaw_rate_radps / TURN_RAD),
         max_length_m=single(LIMIT_SHARE * problem.max_length_m),
-        obstacles=jax.tree.map(single, problem.obstacles),
+        obstacles=jax.tree.map(single, problem.obstacles.listed(workspace.box_min_m, workspace.box_max_m)),
         fence=jax.tree.map(single, fence),
         keep_out_m=single(problem.keep_out_m + slack_m),
         slack_m=single(slack_m),

@@ -1,0 +1,114 @@
+"""Which bodies can be nearest in each part of the box: what the optimiser looks at instead of all of them.
+
+As in `planner.nearest`: each distance changes by at most a metre a metre, so a body that is farther from the middle of
+a cell than the nearest one, by more than the cell's diagonal, is nearest nowhere in the cell. Inside the box nothing is
+approximated. Outside of it the outermost cells serve, which may miss a body there; the box is a limit of its own, and
+the gate measures to everything.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import equinox as eqx
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Array, Float, Int
+
+MOST_CELLS = 4096
+"""As many rows as a table has: one shape for all boxes."""
+SPARE = 2
+"""Places left in a list: what is pushed in flight must not make every list longer, which would be compiled anew."""
+# So many evaluations cost about what it takes to decide how to do with fewer.
+EVALUATIONS = 1 << 15
+# Single precision must leave nothing out.
+_SLACK_M = 1e-2
+
+Distances = Callable[[Float[np.ndarray, "point 3"], Int[np.ndarray, "some"]], Float[np.ndarray, "some point"]]
+
+
+class NearLists(eqx.Module):
+    """A list for each cell of a grid over the box.
+
+    Attributes:
+        low_m: Lower corner of the box.
+        cells_per_m: Cells a metre of each axis.
+        counts: Cells along each axis; their product is at most `MOST_CELLS`.
+        members: What is listed for each cell; the meaning of the numbers is the owner's.
+    """
+
+    low_m: Float[np.ndarray | Array, "3"]
+    cells_per_m: Float[np.ndarray | Array, "3"]
+    counts: Int[np.ndarray | Array, "3"]
+    members: Int[np.ndarray | Array, "cell listed"]
+
+    def at(self, x: Array, y: Array, z: Array) -> Int[Array, "*point listed"]:
+        """What is listed at points, under jit."""
+        axes = jnp.stack([x, y, z], axis=-1)
+        cell = jnp.floor((axes - self.low_m) * self.cells_per_m).astype(jnp.int32)
+        east, north, up = jnp.moveaxis(jnp.clip(cell, 0, self.counts - 1), -1, 0)
+        return jnp.asarray(self.members)[(east * self.counts[1] + north) * self.counts[2] + up]
+
+
+def cell_counts(lengths_m: Float[np.ndarray, "3"]) -> Int[np.ndarray, "3"]:
+    """Cells along each axis: about cubes, `MOST_CELLS` at most."""
+    edge_m = float(np.prod(lengths_m) / MOST_CELLS) ** (1.0 / 3.0)
+    while True:
+        counts = np.maximum(1, np.floor(lengths_m / edge_m)).astype(int)
+        if np.prod(counts) <= MOST_CELLS:
+            return counts
+        edge_m *= 1.02
+
+
+def nearest_somewhere(
+    low_m: Float[np.ndarray, "3"], high_m: Float[np.ndarray, "3"], bodies: int, distances: Distances
+) -> list[Int[np.ndarray, "some"]]:
+    """The bodies that can be nearest in each cell of a box, in the order of `NearLists`.
+
+    Args:
+        low_m: Lower corner of the box.
+        high_m: Upper corner.
+        bodies: How many there are, one or more.
+        distances: 1-Lipschitz signed distances to some of them.
+    """
+    counts = cell_counts(high_m - low_m)
+    edges_m = (high_m - low_m) / counts
+    grid = np.stack(np.meshgrid(*(np.arange(count) for count in counts), indexing="ij"), axis=-1).reshape(-1, 3)
+    middles = low_m + (grid + 0.5) * edges_m
+    diagonal_m = float(np.linalg.norm(edges_m))
+    found: list[Int[np.ndarray, "some"]] = [np.empty(0, dtype=int)] * len(middles)
+    pending = [(np.arange(len(middles)), np.arange(bodies))]
+    while pending:
+        cells, some = pending.pop()
+        places = middles[cells]
+        if len(cells) == 1 or len(cells) * len(some) <= EVALUATIONS:
+            away = distances(places, some)
+            near = away <= away.min(axis=0) + diagonal_m + _SLACK_M
+            for column, cell in enumerate(cells):
+                found[cell] = some[near[:, column]]
+            continue
+        least, most = places.min(axis=0), places.max(axis=0)
+        away = distances(0.5 * (least + most)[None], some)[:, 0]
+        some = some[away <= away.min() + float(np.linalg.norm(most - least)) + diagonal_m + _SLACK_M]
+        axis = int(np.argmax(most - least))
+        upper = places[:, axis] > 0.5 * (least + most)[axis]
+        pending += [(cells[upper], some), (cells[~upper], some)]
+    return found
+
+
+def near_lists(
+    low_m: Float[np.ndarray, "3"], high_m: Float[np.ndarray, "3"], listed: list[Int[np.ndarray, "some"]], width: int
+) -> NearLists:
+    """Lists as a table.
+
+    Args:
+        low_m: Lower corner of the box.
+        high_m: Upper corner.
+        listed: For each cell, in the order of `nearest_somewhere`.
+        width: Of the table; −1 fills what is left of a row.
+    """
+    members = np.full((MOST_CELLS, width), -1, dtype=np.int32)
+    for row, some in zip(members, listed, strict=False):
+        row[: len(some)] = some
+    counts = cell_counts(high_m - low_m)
+    return NearLists(low_m, counts / (high_m - low_m), counts.astype(np.int32), members)
