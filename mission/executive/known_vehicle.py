@@ -59,7 +59,8 @@ class KnownVehicle:
         elif phase is Phase.ARMING and not state.armed:
             self.home_m = state.position_enu_m
         told = state.battery_fraction
-        if phase not in AIRBORNE or told is None:
+        # From arming on: the first look at the charge in the air must not find that it was never told.
+        if told is None or not (state.armed or phase in AIRBORNE):
             return
         consumption = self.consumption or Consumption.begin(told, now_s, self._energy)
         self.consumption = consumption.observed(told, now_s, self._energy)

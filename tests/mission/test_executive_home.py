@@ -119,6 +119,10 @@ def test_a_charge_that_is_told_as_it_is_is_not_doubted():
     assert not any("reckoned" in text for text in flight.said)
 
 
+def test_nothing_is_said_of_a_charge_that_is_enough():
+    assert [text for text in Flight().exploring().said if "charge" in text] == []
+
+
 def test_a_vehicle_that_never_tells_its_charge_is_flown_home_where_it_flies_already():
     flight = Flight()
     telling(flight, battery_fraction=None)
