@@ -40,6 +40,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from planner.bandwidth import median_bandwidth
 from planner.problem import Kernel
 from planner.signature_kernel import signature_terms
 
@@ -89,19 +90,6 @@ def _terms_on_circle(kernel: Kernel, particles: Float[Array, "particle knot axis
     # A turn moves a place on the circle by its circumference, one.
     along = east * repulsion[..., -1:] - north * repulsion[..., -2:-1]
     return gram, jnp.concatenate([repulsion[..., :-2], along], axis=-1)
-
-
-def median_bandwidth(squared_distance: Float[Array, "*batch particle particle"], floor: float) -> Float[Array, ""]:
-    """Median over the pairs of ‖x_i − x_j‖²/log(N + 1), at least `floor`, without a gradient.
-
-    With it the N − 1 others of a typical candidate weigh as much in Σ_j k(x_i, x_j) as the candidate itself.
-    """
-    count = squared_distance.shape[-1]
-    if count == 1:
-        return jnp.asarray(floor, squared_distance.dtype)
-    first, second = np.triu_indices(count, k=1)
-    median = jnp.median(jax.lax.stop_gradient(squared_distance)[..., first, second])
-    return jnp.maximum(median / np.log(count + 1.0), floor).astype(squared_distance.dtype)
 
 
 def rbf_terms(particles: Float[Array, "particle knot axis"]) -> Terms:

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from planner import kernels
-from planner.kernels import median_bandwidth
+from planner.bandwidth import median_bandwidth
 from planner.problem import Kernel
 
 kernel_terms = jax.jit(kernels.kernel_terms, static_argnums=0)

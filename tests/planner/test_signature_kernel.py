@@ -23,6 +23,11 @@ def rough(count: int, knots: int, seed: int = 0, step: float = 0.3) -> np.ndarra
     return np.cumsum(step * np.random.default_rng(seed).normal(size=(count, knots, 3)), axis=1)
 
 
+def spread(paths: np.ndarray) -> float:
+    """Root mean square distance of a set from its mean."""
+    return float(np.sqrt(np.mean(np.sum((paths - paths.mean(axis=0)) ** 2, axis=-1))))
+
+
 @pytest.mark.parametrize(("other", "expected"), [((1.0, 0.0), i0(2.0)), ((-1.0, 0.0), j0(2.0)), ((0.0, 1.0), 1.0)])
 def test_two_straight_segments_give_the_bessel_functions(other: tuple[float, float], expected: float) -> None:
     found = signature_kernel(segment(1.0, 0.0), segment(*other), dyadic_order=6)
@@ -75,7 +80,7 @@ def test_the_gradient_on_a_rough_path_equals_finite_differences() -> None:
         np.testing.assert_allclose(gradient, numeric, rtol=1e-5, atol=1e-8)
 
 
-def test_the_repulsion_between_rough_paths_equals_finite_differences_of_the_normalised_kernel() -> None:
+def test_the_repulsion_between_rough_paths_equals_finite_differences_of_the_kernel() -> None:
     with jax.enable_x64(True):
         paths = jnp.asarray(rough(3, 10, 7, step=0.1))
         bandwidth, scale = static_kernel_of(paths)
@@ -84,18 +89,36 @@ def test_the_repulsion_between_rough_paths_equals_finite_differences_of_the_norm
         def raw(one: jax.Array, other: jax.Array) -> jax.Array:
             return module.signature_kernel(one, other, bandwidth=bandwidth, scale=scale)
 
-        def normalised_sum(moved: jax.Array, fixed: jax.Array) -> jax.Array:
-            return sum(raw(one, fixed) / jnp.sqrt(raw(one, one) * raw(fixed, fixed)) for one in moved)
+        def squared(one: jax.Array, fixed: jax.Array) -> jax.Array:
+            return 2.0 - 2.0 * raw(one, fixed) / jnp.sqrt(raw(one, one) * raw(fixed, fixed))
 
-        assert float(gram[0, 1]) == pytest.approx(float(normalised_sum(paths[:1], paths[1])), rel=1e-9)
+        pairs = jnp.asarray([squared(paths[i], paths[j]) for i, j in ((0, 1), (0, 2), (1, 2))])
+        width = jnp.median(pairs) / np.log(4.0)
+
+        def summed(moved: jax.Array, fixed: jax.Array) -> jax.Array:
+            return jnp.sum(jnp.stack([jnp.exp(-squared(one, fixed) / width) for one in moved]))
+
+        assert float(gram[0, 1]) == pytest.approx(float(summed(paths[:1], paths[1])), rel=1e-9)
         size = int(np.prod(paths.shape[1:]))
         shifts = 1e-6 * np.eye(size).reshape(size, *paths.shape[1:])
-        sums = jax.jit(jax.vmap(normalised_sum, in_axes=(0, None)))
+        sums = jax.jit(jax.vmap(summed, in_axes=(0, None)))
         for particle in range(3):
             above = sums(paths + shifts[:, None], paths[particle])
             below = sums(paths - shifts[:, None], paths[particle])
             numeric = (above - below) / 2e-6
             np.testing.assert_allclose(np.asarray(repulsion[particle]).ravel(), numeric, rtol=1e-5, atol=1e-7)
+
+
+def test_nearly_alike_paths_are_told_apart_as_well_as_unlike_ones() -> None:
+    time = np.linspace(0.0, 1.0, 24)[:, None]
+    bows = np.sin(np.pi * time) * np.random.default_rng(3).normal(size=(12, 1, 3))
+    line = 0.1 + 0.8 * time * np.ones(3)
+    for height in (0.02, 0.1, 0.3):
+        gram, repulsion = signature_terms(jnp.asarray(line + height * bows, jnp.float32))
+        # Each candidate weighs as much as all others: neither the mean of all scores nor none but its own.
+        assert np.median(np.asarray(gram)[np.triu_indices(12, k=1)]) == pytest.approx(1.0 / 13.0, rel=1e-2)
+        away = np.asarray(repulsion) / np.abs(repulsion).max()
+        assert spread(line + height * bows + 0.1 * height * away) > spread(line + height * bows)
 
 
 def test_candidates_are_normalised_and_their_gram_matrix_is_positive() -> None:

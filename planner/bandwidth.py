@@ -1,0 +1,27 @@
+"""How wide a kernel between candidates is: after the set itself."""
+
+from __future__ import annotations
+
+import jax
+import jax.numpy as jnp
+import numpy as np
+from jaxtyping import Float
+
+
+def median_bandwidth(
+    squared_distance: Float[jax.Array, "*batch particle particle"], floor: float
+) -> Float[jax.Array, ""]:
+    """Median over the pairs of ‖x_i − x_j‖²/log(N + 1), at least `floor`, without a gradient.
+
+    With it the N − 1 others of a typical candidate weigh as much in Σ_j k(x_i, x_j) as the candidate itself.
+
+    Args:
+        squared_distance: ‖x_i − x_j‖², shape (…, particle, particle).
+        floor: Least bandwidth, in the same unit.
+    """
+    count = squared_distance.shape[-1]
+    if count == 1:
+        return jnp.asarray(floor, squared_distance.dtype)
+    first, second = np.triu_indices(count, k=1)
+    median = jnp.median(jax.lax.stop_gradient(squared_distance)[..., first, second])
+    return jnp.maximum(median / np.log(count + 1.0), floor).astype(squared_distance.dtype)
