@@ -94,7 +94,7 @@ class ControlTask(eqx.Module):
 
     Attributes:
         metric: Of the information, without a memory of its own. One that takes its place in flight has as many basis
-            functions: the same modes, or the same variance.
+            functions: the same modes, or about the same variance.
         origin_m: Lower corner of the box.
         lengths_m: Its lengths.
         obstacles: What to stay away from.

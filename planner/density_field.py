@@ -24,6 +24,9 @@ ROWS_AT_ONCE = 128
 MARGIN_UNIT = 0.125
 FEWEST_NODES = 24
 MOST_NODES = 160
+BLURRED_NODES = (FEWEST_NODES, 42, 84, MOST_NODES)
+"""A density that is blurred has one of these numbers of nodes, whatever its width: where information changes in flight,
+what was compiled serves on."""
 
 ValueAndSlope = tuple[Float[Array, "time"], Float[Array, "time axis"]]
 
@@ -159,6 +162,8 @@ def grid_field(
     for axis, cells in enumerate(mass.shape):
         wanted = 1.0 / cells if variance is None else 0.5 * float(np.sqrt(variance[axis]))
         nodes = int(np.clip(np.ceil((1.0 + 2.0 * MARGIN_UNIT) / wanted), FEWEST_NODES, MOST_NODES))
+        if variance is not None:
+            nodes = next(count for count in BLURRED_NODES if count >= nodes)
         place = np.linspace(-MARGIN_UNIT, 1.0 + MARGIN_UNIT, nodes)
         step = place[1] - place[0]
         if counts[axis]:
