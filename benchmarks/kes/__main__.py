@@ -1,0 +1,6 @@
+"""Every claim, one after the other."""
+
+from benchmarks.kes import control, cost, coverage, examples, parameter, poses
+
+for part in (cost, parameter, coverage, poses, control, examples):
+    part.main()
