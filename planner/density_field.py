@@ -24,9 +24,9 @@ ROWS_AT_ONCE = 128
 MARGIN_UNIT = 0.125
 FEWEST_NODES = 24
 MOST_NODES = 160
-BLURRED_NODES = (FEWEST_NODES, 42, 84, MOST_NODES)
-"""A density that is blurred has one of these numbers of nodes, whatever its width: where information changes in flight,
-what was compiled serves on."""
+BLURRED_NODES = (42, 84, 120, MOST_NODES)
+"""A density that is blurred has one of these numbers of nodes along all axes that count, whatever its widths: where
+information changes in flight, what was compiled serves on."""
 
 ValueAndSlope = tuple[Float[Array, "time"], Float[Array, "time axis"]]
 
@@ -158,12 +158,15 @@ def grid_field(
     """
     from scipy.ndimage import spline_filter
 
+    if variance is None:
+        spread = [np.ceil((1.0 + 2.0 * MARGIN_UNIT) / (1.0 / cells)) for cells in mass.shape]
+        wanted = [int(np.clip(nodes, FEWEST_NODES, MOST_NODES)) for nodes in spread]
+    else:
+        finest = 0.5 * float(np.sqrt(variance[np.array(counts)].min()))
+        blurred = next((count for count in BLURRED_NODES if count * finest >= 1.0 + 2.0 * MARGIN_UNIT), MOST_NODES)
+        wanted = [blurred if matters else FEWEST_NODES for matters in counts]
     per_axis, low, spacing = [], [], []
-    for axis, cells in enumerate(mass.shape):
-        wanted = 1.0 / cells if variance is None else 0.5 * float(np.sqrt(variance[axis]))
-        nodes = int(np.clip(np.ceil((1.0 + 2.0 * MARGIN_UNIT) / wanted), FEWEST_NODES, MOST_NODES))
-        if variance is not None:
-            nodes = next(count for count in BLURRED_NODES if count >= nodes)
+    for axis, (cells, nodes) in enumerate(zip(mass.shape, wanted, strict=True)):
         place = np.linspace(-MARGIN_UNIT, 1.0 + MARGIN_UNIT, nodes)
         step = place[1] - place[0]
         if counts[axis]:

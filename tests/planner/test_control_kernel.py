@@ -175,8 +175,8 @@ def test_without_memory_a_flight_covers_worse() -> None:
 
 def test_new_information_turns_a_flight_without_a_new_compilation(caplog: pytest.LogCaptureFixture) -> None:
     states, _, state = flight()
-    corner, narrow_m = np.array([80.0, 20.0, 20.0]), np.array([5.0, 5.0, 5.0])
-    task = task_of(kernel_metric(places(corner, std_m=narrow_m), variance_unit2=VARIANCE))
+    new, std_m = np.array([50.0, 22.0, 20.0]), np.array([8.0, 7.0, 6.0])
+    task = task_of(kernel_metric(places(new, std_m=std_m), variance_unit2=VARIANCE))
     vehicle, key, flown = jnp.asarray(states[-1]), jax.random.key(5), list(states[:-1, :3])
     move = jax.jit(lambda x, u: task.dynamics.step(x, u, PERIOD))
     with jax.log_compiles():
@@ -185,11 +185,13 @@ def test_new_information_turns_a_flight_without_a_new_compilation(caplog: pytest
             flown.append(np.asarray(vehicle)[:3])
             vehicle = move(vehicle, info.control)
         assert "Compiling jit(step)" not in caplog.text
-    assert np.linalg.norm(np.asarray(vehicle)[:3] - corner) < 20.0
-    # What was flown under the old information is measured against the new one; cells widen its narrow peak a little.
+    near = np.linalg.norm(np.array(flown) - new, axis=1) < 15.0
+    assert near[:STEPS].mean() < 0.15
+    assert near[STEPS:].mean() > 0.3
+    # What was flown under the old information is measured against the new one; cells widen its peak a little.
     whole = WORKSPACE.unit_from_enu(np.concatenate([flown, info.candidates.positions_m[0][1:]]).astype(float))
     found = float(info.candidates.ergodic_metric[0])
-    assert found == pytest.approx(double_loop(whole, corner[None], narrow_m), rel=0.02)
+    assert found == pytest.approx(double_loop(whole, new[None], std_m), rel=0.01)
 
 
 def test_a_metric_with_another_basis_is_refused_in_flight() -> None:
