@@ -26,12 +26,15 @@ def without_baseline() -> AbstractContextManager[object]:
     return mock.patch.object(solver, "Lawnmowers", **{"return_value.best.return_value": (float("nan"), None)})
 
 
-def interleaved_ms(contenders: Mapping[str, Callable[[], object]], repeats: int) -> dict[str, float]:
+def interleaved_ms(
+    contenders: Mapping[str, Callable[[], object]], repeats: int, of_all: Callable[[list[float]], float] = np.median
+) -> dict[str, float]:
     """Median milliseconds of each contender, run in turn so that a drifting machine treats all alike.
 
     Args:
         contenders: Name to a call whose result is a jax value (waited for) or anything else.
         repeats: Counted runs each, after one that is not counted.
+        of_all: What to take of the runs instead of the median.
     """
     times: dict[str, list[float]] = {name: [] for name in contenders}
     for call in contenders.values():
@@ -41,4 +44,4 @@ def interleaved_ms(contenders: Mapping[str, Callable[[], object]], repeats: int)
             started = time.perf_counter()
             jax.block_until_ready(call())
             times[name].append(1e3 * (time.perf_counter() - started))
-    return {name: float(np.median(values)) for name, values in times.items()}
+    return {name: float(of_all(values)) for name, values in times.items()}

@@ -16,6 +16,8 @@ Controls live in a cube: 0 is the least and 1 the most of each control, so that 
 Departures from the paper:
 
 1. Memory is the sum of F_k over the flown time; the horizon's sum is added and the whole divided once by the time.
+   Every `ControlMetric` remembers so, in a basis of its own that does not grow with the flight: the spectral metric in
+   its cosines, the kernel metric in the splines that its density is made of.
 2. L = E/E_ref + penalties, E_ref the least E of the set before the step: with memory E falls with the time flown, and
    the likelihood would fade against the prior.
 3. Attraction is each candidate's own score, at unit length; only the repulsion goes through the kernel, and fades
@@ -29,13 +31,12 @@ Departures from the paper:
 
 from __future__ import annotations
 
-import dataclasses
 import enum
+from typing import Protocol, Self
 
 import equinox as eqx
 import jax
 import jax.numpy as jnp
-import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from planner import stein
@@ -44,7 +45,6 @@ from planner.kernels import kernel_terms
 from planner.obstacles import ObstacleField
 from planner.priors import Prior
 from planner.problem import Kernel
-from planner.spectral_metric import SpectralMetric
 from planner.workspace import Workspace
 
 PENALTY_YARD = 0.01
@@ -67,11 +67,34 @@ class Transport(enum.Enum):
     STEIN = "stein"
 
 
+class ControlMetric(Protocol):
+    """What a control task needs of a metric; `SpectralMetric` and the `KernelMetric` of places have it.
+
+    Attributes:
+        covered_share: Share of the past in the whole time.
+    """
+
+    covered_share: Float[Array, ""]
+
+    def __call__(self, position_unit: Float[Array, "time 3"], time_weight: Float[Array, "time"]) -> Float[Array, ""]:
+        """E of a path, with what is remembered."""
+        ...
+
+    def basis(self, position_unit: Float[Array, "3"]) -> Float[Array, "k0 k1 k2"]:
+        """F_k at a place: what a moment there adds to the memory."""
+        ...
+
+    def with_covered(self, mean_basis: Float[Array, "k0 k1 k2"], share: Float[Array, ""]) -> Self:
+        """The metric that remembers: the mean of `basis` over the past, and the past's share of the whole time."""
+        ...
+
+
 class ControlTask(eqx.Module):
     """What is to be explored, by which vehicle; all but the last four may change in flight without compiling anew.
 
     Attributes:
-        metric: Target and weights (its own memory is not used).
+        metric: Of the information, without a memory of its own. One that takes its place in flight has as many basis
+            functions: the same modes, or about the same variance.
         origin_m: Lower corner of the box.
         lengths_m: Its lengths.
         obstacles: What to stay away from.
@@ -85,7 +108,7 @@ class ControlTask(eqx.Module):
         transport: What a step is.
     """
 
-    metric: SpectralMetric
+    metric: ControlMetric
     origin_m: Float[Array, "3"]
     lengths_m: Float[Array, "3"]
     obstacles: ObstacleField
@@ -102,7 +125,7 @@ class ControlTask(eqx.Module):
     def of(
         cls,
         workspace: Workspace,
-        metric: SpectralMetric,
+        metric: ControlMetric,
         dynamics: Dynamics,
         prior: Prior,
         *,
@@ -117,10 +140,14 @@ class ControlTask(eqx.Module):
         """The task as arrays.
 
         Raises:
-            ValueError: A control that is held for no time, or no step of the candidates.
+            ValueError: A control that is held for no time, no step of the candidates, or a metric that remembers
+                something already or cannot remember (one of poses).
         """
         if not control_s > 0.0 or iterations < 1:
             raise ValueError(f"control_s must be positive and iterations at least 1, got {control_s}, {iterations}")
+        if float(metric.covered_share) > 0.0:
+            raise ValueError("a control task remembers by itself: give the metric without what was covered")
+        jax.eval_shape(metric.basis, jnp.zeros(3))
         arrays = (metric, workspace.box_min_m, workspace.lengths_m, obstacles, keep_out_m, prior)
         single = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), (*arrays, inverse_temperature, control_s))
         return cls(*single, dynamics=dynamics, kernel=kernel, iterations=iterations, transport=transport)
@@ -142,7 +169,7 @@ class ControlState(eqx.Module):
 
     Attributes:
         particles: Candidates, in the cube.
-        basis_sum: Σ F_k over the moments flown.
+        basis_sum: Σ F_k over the moments flown (`ControlMetric.basis`).
         moments: How many they are.
     """
 
@@ -195,7 +222,8 @@ def init(task: ControlTask, key: Array, particles: int, horizon: int) -> Control
     shape = (horizon, len(task.dynamics.control_low))
     drawn = jax.vmap(lambda one: task.prior.sample(one, shape))(jax.random.split(key, particles))
     cube = jnp.clip(0.5 + 0.5 * drawn, 0.0, 1.0).astype(jnp.float32)
-    return ControlState(cube, jnp.zeros_like(task.metric.target), jnp.zeros((), jnp.int32))
+    nothing = jnp.zeros_like(task.metric.basis(jnp.zeros(3)))
+    return ControlState(cube, nothing, jnp.zeros((), jnp.int32))
 
 
 @eqx.filter_jit
@@ -212,9 +240,19 @@ def step(
 
     Returns:
         The state for the next step, and what to apply.
+
+    Raises:
+        ValueError: A metric with another number of basis functions than the flight so far.
     """
     horizon = state.particles.shape[1]
-    metric = with_memory(task, state, vehicle, horizon)
+    here = task.metric.basis(_unit(task, position_of(vehicle)))
+    if here.shape != state.basis_sum.shape:
+        raise ValueError(
+            f"the flight remembers {state.basis_sum.shape} basis functions and the metric has {here.shape}: keep the "
+            "modes of a spectral metric in flight, and the variance of a kernel metric"
+        )
+    flown, moments = state.basis_sum + here, state.moments + 1
+    metric = with_memory(task.metric, flown, moments, horizon)
     started = jnp.where(state.moments > 0, shifted(state.particles), state.particles)
     before = jnp.clip(stein.separated(started, key), 0.0, 1.0)
     reference = jnp.maximum(jnp.min(_metrics(task, metric, vehicle, before)), SMALLEST_METRIC)
@@ -250,8 +288,7 @@ def step(
     info = ControlInfo(
         control=task.controls(particles[selected])[0], selected=selected, safe=longest == horizon, candidates=final
     )
-    here = basis(_unit(task, position_of(vehicle)), state.basis_sum.shape)
-    return ControlState(particles, state.basis_sum + here, state.moments + 1), info
+    return ControlState(particles, flown, moments), info
 
 
 def own_score_step(
@@ -275,11 +312,12 @@ def own_score_step(
     return stein.State(jnp.clip(moved, 0.0, 1.0), momentum, state.index + 1)
 
 
-def with_memory(task: ControlTask, state: ControlState, vehicle: Float[Array, "state"], horizon: int) -> SpectralMetric:
-    """The metric of what was flown, the present moment and a horizon: one sum, divided once."""
-    moments = state.moments + 1.0
-    flown = state.basis_sum + basis(_unit(task, position_of(vehicle)), state.basis_sum.shape)
-    return dataclasses.replace(task.metric, covered_mean=flown / moments, covered_share=moments / (moments + horizon))
+def with_memory(
+    metric: ControlMetric, basis_sum: Float[Array, "k0 k1 k2"], moments: Int[Array, ""], horizon: int
+) -> ControlMetric:
+    """The metric of what was flown, the present moment included, and a horizon: one sum, divided once."""
+    count = moments.astype(basis_sum.dtype)
+    return metric.with_covered(basis_sum / count, count / (count + horizon))
 
 
 def shifted(particles: Float[Array, "particle time control"]) -> Float[Array, "particle time control"]:
@@ -287,20 +325,11 @@ def shifted(particles: Float[Array, "particle time control"]) -> Float[Array, "p
     return jnp.concatenate([particles[:, 1:], particles[:, -1:]], axis=1)
 
 
-def basis(position_unit: Float[Array, "3"], modes: tuple[int, ...]) -> Float[Array, "k0 k1 k2"]:
-    """F_k at one place."""
-    tables = [
-        jnp.cos(jnp.pi * position_unit[axis] * np.arange(count)) * np.where(np.arange(count) == 0, 1.0, np.sqrt(2.0))
-        for axis, count in enumerate(modes)
-    ]
-    return jnp.einsum("a,b,c->abc", *tables).astype(position_unit.dtype)
-
-
 def _unit(task: ControlTask, position_m: Float[Array, "*batch 3"]) -> Float[Array, "*batch 3"]:
     return (position_m - task.origin_m) / task.lengths_m
 
 
-def _energy(task: ControlTask, metric: SpectralMetric, positions_m: Float[Array, "time+1 3"]) -> Float[Array, ""]:
+def _energy(task: ControlTask, metric: ControlMetric, positions_m: Float[Array, "time+1 3"]) -> Float[Array, ""]:
     """E of the flown path with a horizon (the present place belongs to what was flown)."""
     ahead = positions_m[1:]
     return metric(_unit(task, ahead), jnp.full(ahead.shape[0], 1.0 / ahead.shape[0], ahead.dtype))
@@ -308,7 +337,7 @@ def _energy(task: ControlTask, metric: SpectralMetric, positions_m: Float[Array,
 
 def _metrics(
     task: ControlTask,
-    metric: SpectralMetric,
+    metric: ControlMetric,
     vehicle: Float[Array, "state"],
     cubes: Float[Array, "particle time control"],
 ) -> Float[Array, "particle"]:
@@ -317,7 +346,7 @@ def _metrics(
 
 def _assess(
     task: ControlTask,
-    metric: SpectralMetric,
+    metric: ControlMetric,
     vehicle: Float[Array, "state"],
     reference: Float[Array, ""],
     cube: Float[Array, "time control"],

@@ -24,6 +24,9 @@ ROWS_AT_ONCE = 128
 MARGIN_UNIT = 0.125
 FEWEST_NODES = 24
 MOST_NODES = 160
+BLURRED_NODES = (42, 84, 120, MOST_NODES)
+"""A density that is blurred has one of these numbers of nodes along all axes that count, whatever its widths: where
+information changes in flight, what was compiled serves on."""
 
 ValueAndSlope = tuple[Float[Array, "time"], Float[Array, "time axis"]]
 
@@ -63,17 +66,7 @@ class GridField(eqx.Module):
 
     def __call__(self, points: Float[Array, "time 3"]) -> ValueAndSlope:
         """Density and gradient at points; constant outside the nodes."""
-        shape = self.coefficients.shape
-        index, value, slope = [], [], []
-        for axis in range(3):
-            place = jnp.clip((points[:, axis] - self.low[axis]) / self.spacing[axis], 1.0, shape[axis] - 2.001)
-            first = jnp.floor(place)
-            part = place - first
-            ones = jnp.ones_like(part)
-            value.append(jnp.stack([ones, part, part**2, part**3], axis=1) @ BLEND.astype(points.dtype))
-            rates = jnp.stack([jnp.zeros_like(part), ones, 2.0 * part, 3.0 * part**2], axis=1)
-            slope.append(rates @ BLEND.astype(points.dtype) / self.spacing[axis])
-            index.append(first.astype(jnp.int32)[:, None] + np.arange(-1, 3))
+        index, value, slope = self._near(points)
         window = self.coefficients[index[0][:, :, None, None], index[1][:, None, :, None], index[2][:, None, None, :]]
         along = jnp.einsum("tabc,tc->tab", window, value[2])
         density = jnp.einsum("tab,ta,tb->t", along, value[0], value[1])
@@ -86,6 +79,50 @@ class GridField(eqx.Module):
             axis=-1,
         )
         return density, gradient
+
+    def basis(self, point: Float[Array, "3"]) -> Float[Array, "n0 n1 n2"]:
+        """The spline of each node at a point: the coefficients times these are the density there."""
+        index, value, _ = self._near(point[None])
+        tables = [
+            jnp.zeros(count, point.dtype).at[index[axis][0]].add(value[axis][0])
+            for axis, count in enumerate(self.coefficients.shape)
+        ]
+        return jnp.einsum("a,b,c->abc", *tables)
+
+    def spread(
+        self, mean_basis: Float[Array, "n0 n1 n2"], variance: Float[Array, "3"], counts: Float[Array, "3"]
+    ) -> GridField:
+        """The density of points of which only the mean of `basis` is known, each a normal density of this variance.
+
+        Exact but for what splines of these nodes lose of the normal density: a thousandth where nodes are half its
+        width apart.
+
+        Args:
+            mean_basis: Σ_m w_m `basis`(x_m).
+            variance: Of the normal density.
+            counts: 1 for the axes that matter, else 0.
+        """
+        spread = mean_basis
+        for axis, nodes in enumerate(mean_basis.shape):
+            away = counts[axis] * self.spacing[axis] * (np.arange(nodes)[:, None] - np.arange(nodes))
+            normal = jnp.exp(-0.5 * away**2 / variance[axis]) / jnp.sqrt(2.0 * jnp.pi * variance[axis])
+            through = np.linalg.inv(_splines_at_nodes(nodes)).astype(np.float32)
+            spread = jnp.moveaxis(jnp.tensordot(through @ normal @ through.T, spread, axes=(1, axis)), 0, axis)
+        return GridField(spread, self.low, self.spacing)
+
+    def _near(self, points: Float[Array, "time 3"]) -> tuple[list[Array], list[Array], list[Array]]:
+        """Of each axis the four nodes around each point, and their splines and the splines' slopes there."""
+        index, value, slope = [], [], []
+        for axis, nodes in enumerate(self.coefficients.shape):
+            place = jnp.clip((points[:, axis] - self.low[axis]) / self.spacing[axis], 1.0, nodes - 2.001)
+            first = jnp.floor(place)
+            part = place - first
+            ones = jnp.ones_like(part)
+            value.append(jnp.stack([ones, part, part**2, part**3], axis=1) @ BLEND.astype(points.dtype))
+            rates = jnp.stack([jnp.zeros_like(part), ones, 2.0 * part, 3.0 * part**2], axis=1)
+            slope.append(rates @ BLEND.astype(points.dtype) / self.spacing[axis])
+            index.append(first.astype(jnp.int32)[:, None] + np.arange(-1, 3))
+        return index, value, slope
 
 
 class EveryHeading(eqx.Module):
@@ -121,10 +158,15 @@ def grid_field(
     """
     from scipy.ndimage import spline_filter
 
+    if variance is None:
+        spread = [np.ceil((1.0 + 2.0 * MARGIN_UNIT) / (1.0 / cells)) for cells in mass.shape]
+        wanted = [int(np.clip(nodes, FEWEST_NODES, MOST_NODES)) for nodes in spread]
+    else:
+        finest = 0.5 * float(np.sqrt(variance[np.array(counts)].min()))
+        blurred = next((count for count in BLURRED_NODES if count * finest >= 1.0 + 2.0 * MARGIN_UNIT), MOST_NODES)
+        wanted = [blurred if matters else FEWEST_NODES for matters in counts]
     per_axis, low, spacing = [], [], []
-    for axis, cells in enumerate(mass.shape):
-        wanted = 1.0 / cells if variance is None else 0.5 * float(np.sqrt(variance[axis]))
-        nodes = int(np.clip(np.ceil((1.0 + 2.0 * MARGIN_UNIT) / wanted), FEWEST_NODES, MOST_NODES))
+    for axis, (cells, nodes) in enumerate(zip(mass.shape, wanted, strict=True)):
         place = np.linspace(-MARGIN_UNIT, 1.0 + MARGIN_UNIT, nodes)
         step = place[1] - place[0]
         if counts[axis]:
@@ -204,6 +246,13 @@ def _around(angle: Float[Array, "sample"], variance: Float[Array, ""]) -> tuple[
     near = angle - 2.0 * jnp.pi * jnp.round(angle / (2.0 * jnp.pi))
     share = jnp.exp(-2.0 * jnp.pi * (jnp.pi - jnp.abs(near)) / variance)
     return near, share, near - 2.0 * jnp.pi * jnp.sign(near) * share / (1.0 + share)
+
+
+def _splines_at_nodes(nodes: int) -> Float[np.ndarray, "node spline"]:
+    """What each node's spline is at each node; beyond the ends it is mirrored, as in `grid_field`."""
+    at = (4.0 * np.eye(nodes) + np.eye(nodes, k=1) + np.eye(nodes, k=-1)) / 6.0
+    at[0, 1] = at[-1, -2] = 2.0 / 6.0
+    return at
 
 
 def _mean_over_cells(

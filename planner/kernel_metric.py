@@ -16,7 +16,8 @@ Departures from the paper:
 1. P is p blurred by g_θ where the paper has p itself (`Attraction.AS_PRINTED`). Then E is a squared distance of
    measures (maximum mean discrepancy): it is never negative and least at p. As printed, a uniform p does not attract
    inside the box while the path's own repulsion drives it to the walls.
-2. With memory: what was covered takes part in both sums with its share of the whole time.
+2. With memory: what was covered takes part in both sums with its share of the whole time. In a receding horizon it is
+   the mean of the splines that P is made of (`KernelMetric.with_covered`), which does not grow with the flight.
 """
 
 from __future__ import annotations
@@ -99,6 +100,45 @@ class KernelMetric(eqx.Module):
         weight = jnp.sum(weights, axis=1)
         middles = jnp.einsum("tn,tna->ta", weights / weight[:, None], points.reshape(*weights.shape, -1))
         return _kernel_metric(self, middles * self.counts, weight)
+
+    def basis(self, position_unit: Float[Array, "3"]) -> Float[Array, "n0 n1 n2"]:
+        """The splines that P is made of, at one place: what a moment there adds to the memory.
+
+        Raises:
+            ValueError: A metric of poses, whose density is on no grid.
+        """
+        return self._grid().basis(position_unit * self.counts)
+
+    def with_covered(self, mean_basis: Float[Array, "n0 n1 n2"], share: Float[Array, ""]) -> KernelMetric:
+        """A metric without memory, with one: E of the whole flight, whatever its length, at the cost of a horizon's.
+
+        All that E needs of the past is the mean of the splines over it, B: the mean of P is P's coefficients times B,
+        and the past repels like the density of B blurred by g_θ, which is taken from P. That is as exact as the nodes
+        are fine beside the kernel, which they are of a density that is blurred (`Attraction.BLURRED`).
+
+        Args:
+            mean_basis: Mean of `basis` over what was flown.
+            share: Share of that in the whole time, in [0, 1).
+
+        Raises:
+            ValueError: A metric of poses.
+        """
+        field = self._grid()
+        past = field.spread(mean_basis, self.variance, self.counts)
+        wanted, spent = field.coefficients, share * past.coefficients
+        return dataclasses.replace(
+            self,
+            attraction=dataclasses.replace(field, coefficients=wanted - spent),
+            constant=self.constant + share * jnp.vdot(mean_basis, spent - 2.0 * wanted),
+            covered_share=share,
+        )
+
+    def _grid(self) -> GridField:
+        if not isinstance(self.attraction, GridField):
+            raise ValueError(
+                "only a metric of places remembers by a basis, and this one is of poses: use kernel_metric"
+            )
+        return self.attraction
 
 
 def kernel_metric(

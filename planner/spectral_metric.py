@@ -20,6 +20,8 @@ Departures from the paper:
 
 from __future__ import annotations
 
+import dataclasses
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -83,6 +85,24 @@ class SpectralMetric(eqx.Module):
             time_weight: Share of the path's time that each sample stands for; sums to one.
         """
         return _ergodic_metric(self, position_unit, time_weight)
+
+    def basis(self, position_unit: Float[Array, "3"]) -> Float[Array, "k0 k1 k2"]:
+        """F_k at one place: what a moment there adds to the memory."""
+        tables = [
+            jnp.cos(jnp.pi * position_unit[axis] * np.arange(count))
+            * np.where(np.arange(count) == 0, 1.0, np.sqrt(2.0))
+            for axis, count in enumerate(self.target.shape)
+        ]
+        return jnp.einsum("a,b,c->abc", *tables).astype(position_unit.dtype)
+
+    def with_covered(self, mean_basis: Float[Array, "k0 k1 k2"], share: Float[Array, ""]) -> SpectralMetric:
+        """The same metric with another memory.
+
+        Args:
+            mean_basis: Mean of `basis` over what was flown.
+            share: Share of that in the whole time, in [0, 1).
+        """
+        return dataclasses.replace(self, covered_mean=mean_basis, covered_share=share)
 
     def residual(
         self, position_unit: Float[Array, "time 3"], time_weight: Float[Array, "time"]

@@ -13,7 +13,7 @@ import numpy as np
 
 from benchmarks.sves.flights import Flight, ergodic_metric, fly
 from benchmarks.sves.report import print_claims, save
-from planner.control import ControlTask, Transport
+from planner.control import ControlMetric, ControlTask, Transport
 from planner.dynamics import Multirotor
 from planner.information import DensityGrid, gaussians
 from planner.obstacles import Cylinder, ObstacleField
@@ -35,11 +35,16 @@ def places(*middles: tuple[float, float]) -> DensityGrid:
     return gaussians(BOX, mean, np.array([[8.0, 8.0, 1e3]] * len(middles)), np.ones(len(middles)), (64, 64, 1))
 
 
-def task_for(information: DensityGrid, transport: Transport) -> ControlTask:
+def spectral(information: DensityGrid) -> SpectralMetric:
+    """The paper's metric."""
+    return SpectralMetric.of(information.coefficients(MODES), MetricWeights.LINEAR)
+
+
+def task_for(metric: ControlMetric, transport: Transport = Transport.OWN_SCORE) -> ControlTask:
     """The multirotor and its tree."""
     return ControlTask.of(
         BOX,
-        SpectralMetric.of(information.coefficients(MODES), MetricWeights.LINEAR),
+        metric,
         Multirotor(8.0, 2.0, 2.0, 4.0, 0.8),
         GaussianPrior(1.0),
         obstacles=ObstacleField.of([Cylinder(TREE, TREE_RADIUS_M, 0.0, 20.0)]),
@@ -66,7 +71,7 @@ def main() -> None:
         ("paper's φ, N = 12", Transport.STEIN, 12, True),
         ("paper's φ, N = 20", Transport.STEIN, 20, True),
     ):
-        tasks = [task_for(before, transport), task_for(after, transport)]
+        tasks = [task_for(spectral(information), transport) for information in (before, after)]
         found[name] = [
             fly(
                 lambda index, tasks=tasks: tasks[index >= STEPS // 2],

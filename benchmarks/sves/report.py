@@ -10,26 +10,20 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-mpl.use("Agg")
+from benchmarks import claims
 
 FIGURES = pathlib.Path(__file__).parent / "figures"
-RESOLUTION_DPI = 70
 PATHS_DRAWN = 6
 
 
 def print_claims(figure: int, title: str, rows: Sequence[tuple[str, str, str]]) -> None:
     """One block of text: what the paper says, what is found, and whether that agrees."""
-    print(f"\nSVES figure {figure}: {title}")
-    for claim, found, verdict in rows:
-        print(f"  paper  {claim}\n  here   {found}\n  so     {verdict}")
+    claims.print_claims(f"SVES figure {figure}: {title}", rows)
 
 
 def save(figure: Figure, name: str) -> None:
     """Write a small picture, and say where."""
-    FIGURES.mkdir(exist_ok=True)
-    path = FIGURES / f"{name}.png"
-    figure.savefig(path, dpi=RESOLUTION_DPI, bbox_inches="tight")
-    print(f"  drawn  {path.relative_to(pathlib.Path.cwd()) if path.is_relative_to(pathlib.Path.cwd()) else path}")
+    claims.save(figure, FIGURES / f"{name}.png")
 
 
 def draw_square(axes: Axes, paths: np.ndarray, title: str, centers: np.ndarray, radii: np.ndarray) -> None:

@@ -190,7 +190,8 @@ def test_a_step_never_shortens_the_time_a_candidate_stays_clear() -> None:
     task = task_of()
     state = control.init(task, jax.random.key(3), 8, 20)
     heading_for_it = jnp.asarray([33.0, 50.0, 20.0, 5.0, 0.0, 0.0, 0.0])
-    metric = control.with_memory(task, state, heading_for_it, 20)
+    here = task.metric.basis((heading_for_it[:3] - task.origin_m) / task.lengths_m)
+    metric = control.with_memory(task.metric, state.basis_sum + here, state.moments + 1, 20)
     assess = jax.jit(lambda cube: control._assess(task, metric, heading_for_it, jnp.ones(()), cube))
     before = [assess(cube) for cube in state.particles]
     _, info = control.step(task, state, heading_for_it, jax.random.key(4))

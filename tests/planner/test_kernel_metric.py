@@ -222,6 +222,16 @@ def test_the_automatic_variance_follows_the_width_of_the_information() -> None:
     assert (flat < 1.1e-2).all()
 
 
+def test_metrics_of_informations_of_different_width_serve_one_compilation() -> None:
+    def metric(std_m: float) -> KernelMetric:
+        return kernel_metric(gaussians(WORKSPACE, np.array([[10.0, 10.0, 15.0]]), np.full((1, 3), std_m), np.ones(1)))
+
+    narrow, wide = metric(2.4), metric(3.0)
+    assert float(wide.variance[0]) > 1.2 * float(narrow.variance[0])
+    assert jax.tree.structure(narrow) == jax.tree.structure(wide)
+    assert jax.tree.map(jnp.shape, narrow) == jax.tree.map(jnp.shape, wide)
+
+
 def test_a_blurred_grid_is_the_convolution(peak: DensityGrid) -> None:
     field = grid_field(peak.mass, VARIANCE)
     points = path(50)
