@@ -151,6 +151,11 @@ class StreamFailed:
 
 
 @dataclasses.dataclass(frozen=True)
+class StreamLate:
+    """Setpoints came so late that the vehicle may have done what it does without them."""
+
+
+@dataclasses.dataclass(frozen=True)
 class FindWay:
     """Find a proven way at rest from one place to another; home: above where it lands.
 
@@ -204,6 +209,7 @@ Event = (
     | NoWayRound
     | Stalled
     | StreamFailed
+    | StreamLate
     | Operator
 )
 

@@ -29,6 +29,7 @@ from mission.executive.events import (
     Order,
     Stalled,
     StreamFailed,
+    StreamLate,
     WayFound,
     WayHome,
 )
@@ -213,6 +214,8 @@ class Executive:
                 self._stalled(event.course, now_s)
             case StreamFailed():
                 self._fire(Trigger.STREAM_FAILED, now_s)
+            case StreamLate():
+                self._link.missed(now_s)
             case MissionProgress():
                 self._ways.reached = event.reached
                 if self.phase is Phase.AUTO_MISSION and self._ways.mission_done:

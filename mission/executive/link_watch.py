@@ -52,6 +52,10 @@ class LinkWatch:
             self._silent_until_s = now_s
         self._heard_s = self._stated_s = now_s
 
+    def missed(self, now_s: float) -> None:
+        """The vehicle did not hear us for a while. A machine that stood still hears all that was said, only late."""
+        self._silent_until_s = now_s
+
     def silence(self, phase: Phase, now_s: float) -> Silence | None:
         """What the silence has come to in a phase; None: nothing, or nothing new.
 
@@ -69,7 +73,7 @@ class LinkWatch:
         return None
 
     def lately_silent(self, now_s: float) -> bool:
-        """Whether there was a silence just now, short as it was, that the vehicle may have acted on."""
+        """Whether one did not hear the other just now, however shortly: the vehicle may have acted on that."""
         return now_s - self._silent_until_s < _SHOWN_S
 
     def heard_again(self, state: VehicleState) -> Trigger:

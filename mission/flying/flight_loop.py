@@ -34,6 +34,7 @@ from mission.executive.events import (
     Stalled,
     Stream,
     StreamFailed,
+    StreamLate,
     WayFound,
     Withdraw,
 )
@@ -193,6 +194,8 @@ class FlightLoop:
         self._renew()
         if self._streamer.failed:
             self._receive(StreamFailed(), self._clock.now(time.monotonic()))
+        if self._streamer.was_late():
+            self._receive(StreamLate(), self._clock.now(time.monotonic()))
         if self._hung_up:
             self._hung_up = False
             self._act([Say("the terminal is gone: the flight goes on", True)], self._clock.now(time.monotonic()))

@@ -19,6 +19,8 @@ from sim_bridge.state import Setpoint
 
 STALE_S = 0.5
 """Host seconds without a renewal after which the stream brakes."""
+LATE_S = 0.6
+"""Host seconds without a setpoint that a vehicle may take for the end of the stream: PX4 does after a second."""
 
 _AGAIN_SHARE = 0.2
 
@@ -58,6 +60,8 @@ class Streamer:
         self._renewed_s = time.monotonic()
         self._stalled: Course | None = None
         self._sent_s = -math.inf
+        self._sent_host_s = math.inf
+        self._late = False
         self._failed = False
         self._closed = threading.Event()
         self._thread = threading.Thread(target=self._run, name="setpoints", daemon=True)
@@ -76,6 +80,9 @@ class Streamer:
         with self._lock:
             if course is not None and self._stalled is not None and course.legs is self._stalled.legs:
                 return
+            if self._course is None or course is None:
+                # Another stream begins, or none: there is nothing yet that could be late.
+                self._sent_host_s = math.inf
             self._course, self._stalled = course, None
             self._renewed_s = time.monotonic()
 
@@ -89,6 +96,12 @@ class Streamer:
             self._renewed_s = time.monotonic()
             stalled, self._stalled = self._stalled, None
             return stalled
+
+    def was_late(self) -> bool:
+        """Whether setpoints came late since this was asked last, or are late now."""
+        with self._lock:
+            late, self._late = self._late or time.monotonic() - self._sent_host_s > LATE_S, False
+            return late
 
     @property
     def failed(self) -> bool:
@@ -125,6 +138,7 @@ class Streamer:
             if host_s - self._renewed_s > STALE_S and self._course.pace.target_rate > 0.0:
                 self._course = self._stalled = self._course.braking(now_s)
             course = self._course
+            self._late |= host_s - self._sent_host_s > LATE_S
         if now_s - self._sent_s < 0.5 * self._period_s:
             # The clock waits for a simulator whose words have not come through yet; were it told to go on where it is,
             # it would run ahead of the course.
@@ -133,5 +147,8 @@ class Streamer:
         point = course.at(now_s)
         setpoint = point.setpoint()
         self._send(setpoint)
+        with self._lock:
+            if self._course is not None:
+                self._sent_host_s = host_s
         self._record(now_s, point, setpoint)
         return True

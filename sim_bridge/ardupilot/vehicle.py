@@ -264,7 +264,7 @@ class ArduCopter:
                 asked = self._navigator.guided.asked if self._commander.mode is Mode.GUIDED else None
                 ready = self._commander.fault() is None
                 return body_message(
-                    message_id, self.body, Standing(self._clock.now_s, ready, self._landed_state(), asked)
+                    message_id, self.body, Standing(self._clock.now_s, ready, True, self._landed_state(), asked)
                 )
             case _:
                 return None

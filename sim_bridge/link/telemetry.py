@@ -131,16 +131,23 @@ class Telemetry:
             missing.append("its home position")
         if self._yaw_enu_rad is None:
             missing.append("its attitude")
+        if self._landed is LandedState.UNKNOWN:
+            missing.append("whether it stands or flies")
         status = self._status
         if status is None:
             missing.append("its system status")
-        elif status.onboard_control_sensors_present & READY_BIT and not (
-            status.onboard_control_sensors_health & READY_BIT
-        ):
+        elif not (status.onboard_control_sensors_health & READY_BIT or self._stands_in_offboard()):
+            # PX4 never says that it has such checks, only that they are passed (SYS_STATUS.hpp of 1.15).
             unhealthy = status.onboard_control_sensors_enabled & ~status.onboard_control_sensors_health
-            names = [name for bit, name in _SENSORS.items() if unhealthy & bit]
-            missing.append("its pre-arm checks" + (f" ({', '.join(names)})" if names else ""))
+            reasons = [name for bit, name in _SENSORS.items() if unhealthy & bit]
+            if self.autopilot is Autopilot.PX4 and self.mode is FlightMode.PILOT:
+                reasons.append("in a mode that needs a transmitter")
+            missing.append("its pre-arm checks" + (f" ({', '.join(reasons)})" if reasons else ""))
         return tuple(missing)
+
+    def _stands_in_offboard(self) -> bool:
+        """PX4's checks are those of its mode, and Offboard fails them without a stream: it is armed from Hold."""
+        return self.autopilot is Autopilot.PX4 and self.mode is FlightMode.EXTERNAL
 
     @property
     def mode(self) -> FlightMode | None:

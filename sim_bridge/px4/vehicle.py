@@ -217,7 +217,7 @@ class Px4:
                 target = self._stream.target if self.follows_setpoints() else None
                 ready = self._commander.fault() is None
                 return body_message(
-                    message_id, self.body, Standing(self._clock.now_s, ready, self._landed_state(), target)
+                    message_id, self.body, Standing(self._clock.now_s, ready, False, self._landed_state(), target)
                 )
 
     def _heartbeat(self) -> Message:

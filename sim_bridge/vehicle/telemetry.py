@@ -78,12 +78,14 @@ class Standing:
     Attributes:
         boot_s: Time since boot.
         ready: Whether it can be armed.
+        tells_checks: Whether it says that it has pre-arm checks; PX4 only says when they are passed.
         landed_state: MAV_LANDED_STATE.
         target: What it steers for; None: nothing.
     """
 
     boot_s: float
     ready: bool
+    tells_checks: bool
     landed_state: int
     target: Target | None
 
@@ -127,8 +129,9 @@ def _system_status(body: Body, standing: Standing) -> Message:
     health = _SENSORS | (_READY if standing.ready else 0)
     if not body.estimator.has_gps:
         health &= ~mavlink.MAV_SYS_STATUS_SENSOR_GPS
+    present = _SENSORS | (_READY if standing.tells_checks else 0)
     return mavlink.MAVLink_sys_status_message(
-        _SENSORS | _READY, _SENSORS | _READY, health, 200, round(1e3 * _volts(body)), 1500, _percent(body),
+        present, present, health, 200, round(1e3 * _volts(body)), 1500, _percent(body),
         0, 0, 0, 0, 0, 0,
     )  # fmt: skip
 

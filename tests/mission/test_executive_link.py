@@ -1,15 +1,11 @@
 """Silence, and a vehicle that is heard again."""
 
 import numpy as np
+import pytest
 
-from mission.executive.events import (
-    Operator,
-)
+from mission.executive.events import Operator, StreamLate
 from mission.executive.phases import Phase
-from sim_bridge.state import (
-    Command,
-    FlightMode,
-)
+from sim_bridge.state import Command, FlightMode
 from tests.mission.rehearsed_flight import LIMITS, Flight, largest_jump_mps
 
 
@@ -66,6 +62,31 @@ def test_a_vehicle_held_by_its_failsafe_is_rejoined_with_a_proven_way():
     flight.vehicle.failsafe = False
     assert flight.run().phase is Phase.LANDED
     assert flight.executive.explored
+
+
+@pytest.mark.parametrize("ours_was_late", [True, False])
+def test_a_failsafe_after_a_stream_of_ours_that_was_late_is_rejoined_and_any_other_is_left_alone(ours_was_late):
+    flight = Flight().exploring()
+    if ours_was_late:
+        flight.tell(StreamLate())
+    flight.vehicle.failsafe = True
+    flight.vehicle.set_mode(FlightMode.HOLD, flight.now_s)
+    flight.run_for(2.0)
+    if not ours_was_late:
+        assert flight.phase is Phase.OVERRIDDEN
+        return
+    assert flight.phase is Phase.ENTERING
+    flight.vehicle.failsafe = False
+    assert flight.run().phase is Phase.LANDED
+    assert flight.executive.explored
+
+
+def test_a_pilot_is_not_fought_after_a_stream_of_ours_that_was_late():
+    flight = Flight().exploring()
+    flight.tell(StreamLate())
+    flight.vehicle.set_mode(FlightMode.HOLD, flight.now_s)
+    flight.run_for(2.0)
+    assert flight.phase is Phase.OVERRIDDEN
 
 
 def test_a_vehicle_that_is_never_heard_again_ends_the_flight():

@@ -9,7 +9,7 @@ import pytest
 
 from mission.executive.course import Course
 from mission.flying.clock import FlightClock
-from mission.flying.streamer import STALE_S, Streamer
+from mission.flying.streamer import LATE_S, STALE_S, Streamer
 from mission.flying.ways import along
 from planner.problem import Limits
 from tests.mission.proven import proven
@@ -180,6 +180,30 @@ def test_a_setpoint_that_cannot_be_sent_ends_the_stream_and_is_not_repeated():
         assert wire.stopped == 1
     finally:
         streamer.close()
+
+
+def test_setpoints_that_came_late_are_told_of_once_and_the_beginning_of_a_stream_is_not_late(stream):
+    wire, streamer, clock, _ = stream
+    assert not streamer.was_late()
+    time.sleep(1.2 * LATE_S)
+    streamer.follow(course(clock))
+    wire.wait_for(3)
+    assert not streamer.was_late()
+    held, send = threading.Event(), wire.send
+
+    def slowly(setpoint):
+        held.wait(1.5 * LATE_S)
+        send(setpoint)
+
+    streamer._send = slowly
+    time.sleep(1.2 * LATE_S)
+    # While it is late, and when it has come.
+    assert streamer.was_late()
+    wire.wait_for(1)
+    held.set()
+    assert streamer.was_late()
+    wire.wait_for(3)
+    assert not streamer.was_late()
 
 
 def test_a_stream_that_is_closed_has_not_failed():

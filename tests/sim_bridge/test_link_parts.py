@@ -228,6 +228,36 @@ def test_failing_pre_arm_checks_are_named_by_their_sensors():
     assert telemetry.waiting_for() == ("its pre-arm checks (GPS)",)
 
 
+def status(present: int, health: int):
+    return mavlink.MAVLink_sys_status_message(present, present, health, 0, 16000, 0, 77, 0, 0, 0, 0, 0, 0)
+
+
+def test_px4_does_not_say_that_it_has_pre_arm_checks_and_is_waited_for_all_the_same():
+    telemetry = Telemetry(VehicleFrame(ORIGIN))
+    complete(telemetry)
+    telemetry.receive(status(0, 0))
+    assert telemetry.waiting_for() == ("its pre-arm checks",)
+    telemetry.receive(status(0, READY_BIT))
+    assert telemetry.waiting_for() == ()
+
+
+def test_px4_that_stands_in_offboard_passes_no_checks_there_and_is_not_waited_for():
+    telemetry = Telemetry(VehicleFrame(ORIGIN))
+    complete(telemetry)
+    telemetry.receive(status(0, 0))
+    telemetry.receive(heartbeat(custom_mode=6 << 16))
+    assert telemetry.waiting_for() == ()
+    telemetry.receive(heartbeat(custom_mode=3 << 16))
+    assert telemetry.waiting_for() == ("its pre-arm checks (in a mode that needs a transmitter)",)
+
+
+def test_whether_it_stands_or_flies_is_waited_for():
+    telemetry = Telemetry(VehicleFrame(ORIGIN))
+    complete(telemetry)
+    telemetry.receive(mavlink.MAVLink_extended_sys_state_message(0, 0))
+    assert telemetry.waiting_for() == ("whether it stands or flies",)
+
+
 def test_positions_that_come_late_or_twice_are_dropped():
     telemetry = Telemetry(VehicleFrame(ORIGIN))
     complete(telemetry)
