@@ -226,9 +226,11 @@ def draw_series(axes: dict[str, Axes], log: FlightLog, mission: Mission, problem
         draw_clearance(axes["clearance"], time_s, away, problem, counts)
     aloft = [t for t, phase in zip(log.time_s, log.phase, strict=True) if phase == _ALOFT[0]]
     begin_s = aloft[0] if aloft else float(log.time_s[0])
+    # A flight that was broken off at once still has an axis of time.
+    end_s = max(float(log.time_s[-1]), begin_s + 1.0)
     *_, last = axes.values()
     for axis in axes.values():
-        axis.set_xlim(begin_s, float(log.time_s[-1]))
+        axis.set_xlim(begin_s, end_s)
         axis.tick_params(labelbottom=axis is last)
         _shade_phases(axis, log)
     last.set_xlabel("flight time [s]")

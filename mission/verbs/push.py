@@ -35,7 +35,8 @@ def push(
         say(f"no flight in {folder} took it within {timeout_s:g} s, and it is withdrawn: is the flight still running?")
         answer = {"accepted": False, "reason": "nobody answered"}
     else:
-        say(f"{'taken in' if answer['accepted'] else 'refused'}: {answer['reason']}")
+        # That it was taken in is how the reason begins.
+        say(answer["reason"] if answer["accepted"] else f"refused: {answer['reason']}")
     if as_json:
         emit(answer)
     if not answer["accepted"]:
