@@ -55,6 +55,9 @@ from sim_bridge.state import (
     Waiting,
 )
 
+_ARRIVES_WITHIN_S = 10.0
+"""After its way's end a vehicle that overshoots comes back within 3 to 5 s."""
+
 _END_TRIGGER = {
     FlightEnd.RETURN: Trigger.EXPLORED,
     FlightEnd.LAND: Trigger.EXPLORED_LAND,
@@ -361,8 +364,20 @@ class Executive:
                 self._fire(Trigger.UNDER_CONTROL, now_s)
         elif self.phase is Phase.FOLLOWING and keeper.finished(now_s):
             self._end_exploration(now_s)
+        elif self.phase is Phase.TRANSIT and keeper.finished(now_s):
+            self._arrive_to_explore(now_s)
         elif self.phase in ON_COURSE and keeper.finished(now_s):
             self._fire(self._arrival(), now_s)
+
+    def _arrive_to_explore(self, now_s: float) -> None:
+        """Begin the exploration once the vehicle stands where that begins; wind may keep it from that for ever."""
+        state, keeper = self.state, self._keeper
+        waits = state is not None and keeper.waits_for(state)
+        if waits and keeper.over_s(now_s) < _ARRIVES_WITHIN_S:
+            return
+        if waits:
+            self._machine.say("it has not come to rest at the start of the exploration: going on", warning=True)
+        self._fire(self._arrival(), now_s)
 
     def _arrival(self) -> Trigger:
         """What the end of a way is: above home it must be clear below, or it lands elsewhere, or nowhere."""

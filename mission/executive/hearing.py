@@ -240,7 +240,9 @@ class Hearing:
     def _keep_close(self, state: VehicleState, now_s: float) -> None:
         """Ask less of a vehicle that strays, before its course leads past anything."""
         course = self._keeper.course
-        if course is None or self._phase not in ON_COURSE or not self._machine.stay.settled(now_s):
+        settled = self._phase in ON_COURSE and self._machine.stay.settled(now_s)
+        # Behind the end of a way there is no path any more that a vehicle could overshoot along.
+        if course is None or not settled or course.stands(now_s):
             return
         strays_m = self._straying.observe(self.monitors.beside_m(state, course, now_s), now_s)
         share = self.monitors.manageable_share(strays_m, course, now_s)
