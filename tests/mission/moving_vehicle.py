@@ -36,8 +36,11 @@ class MovingVehicle(Vehicle):
         rotor = self.rotor
         rotor.position_ned_m = _swapped(tuple(self.position))
         rotor.velocity_ned_mps = _swapped(tuple(self.velocity))
-        asked = (setpoint.position_enu_m, setpoint.velocity_enu_mps, setpoint.acceleration_enu_mps2)
-        target = Target(*map(_swapped, asked))
+        target = Target(
+            _swapped(setpoint.position_enu_m),
+            _swapped(setpoint.velocity_enu_mps),
+            _swapped(setpoint.acceleration_enu_mps2),
+        )
         for _ in range(_MOTION_STEPS):
             rotor.fly(target, STEP_S / _MOTION_STEPS)
         self.battery -= self.drain_per_s * STEP_S

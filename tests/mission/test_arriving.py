@@ -55,3 +55,21 @@ def test_it_comes_to_rest_before_it_explores_on_after_an_override():
     begins_m = flight.executive.course.at(flight.now_s).motion.position_m
     assert np.linalg.norm(flight.vehicle.position - begins_m) <= 0.5
     assert np.linalg.norm(flight.vehicle.velocity) <= 0.5
+
+
+def test_a_vehicle_that_is_taken_over_in_motion_comes_to_rest_before_its_way_begins():
+    flight = Flight()
+    flight.vehicle = MovingVehicle(Airframe())
+    flight.exploring()
+    flight.vehicle.set_mode(FlightMode.HOLD, flight.now_s)
+    flight.run_to(Phase.OVERRIDDEN).run_for(5.0)
+    flight.tell(Operator.RESUME)
+    assert flight.phase is Phase.ENTERING
+    flight.vehicle.velocity = np.array([4.0, 0.0, 0.0])
+    flight.run(lambda _: flight.vehicle.mode is FlightMode.EXTERNAL)
+    flight.vehicle.velocity = np.array([4.0, 0.0, 0.0])
+    flight.run_to(Phase.TRANSIT)
+    assert flight.executive.course is not None
+    begins_m = flight.executive.course.at(flight.now_s).motion.position_m
+    assert np.linalg.norm(flight.vehicle.position - begins_m) <= 0.5
+    assert np.linalg.norm(flight.vehicle.velocity) <= 0.5
