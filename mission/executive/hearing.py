@@ -79,6 +79,7 @@ class Hearing:
         self._charge_told = False
         self._charge_doubted = False
         self._straying = Straying()
+        self._strays_at_rate = keeper.rate
         self._waiting_for: tuple[str, ...] = ()
 
     @property
@@ -239,6 +240,9 @@ class Hearing:
 
     def _keep_close(self, state: VehicleState, now_s: float) -> None:
         """Ask less of a vehicle that strays, before its course leads past anything."""
+        if self._keeper.rate != self._strays_at_rate:
+            self._strays_at_rate = self._keeper.rate
+            self._straying.begin(now_s + _SETTLES_S)
         course = self._keeper.course
         settled = self._phase in ON_COURSE and self._machine.stay.settled(now_s)
         # Behind the end of a way there is no path any more that a vehicle could overshoot along.
@@ -247,6 +251,5 @@ class Hearing:
         strays_m = self._straying.observe(self.monitors.beside_m(state, course, now_s), now_s)
         share = self.monitors.manageable_share(strays_m, course, now_s)
         if share < 1.0 and self._machine.slow_down(now_s, share):
-            self._straying.begin(now_s + _SETTLES_S)
             self._keeper.resume(now_s)
             self._machine.stream()

@@ -1,6 +1,7 @@
 """A vehicle that strays is slowed down before its course leads past something; one that keeps to it never is."""
 
 import numpy as np
+import pytest
 
 from mission.executive.phases import Phase
 from mission.executive.straying import Straying
@@ -81,6 +82,22 @@ def test_a_vehicle_that_keeps_to_its_course_is_never_slowed_down():
     assert flight.explore() > MARGIN_M / 2.0
     assert not any("of the pace" in text for text in flight.said)
     assert Phase.HOLDING not in flight.phases
+
+
+def test_what_it_strayed_before_it_was_slowed_down_is_not_held_against_the_slower_pace():
+    flight = Flight().exploring()
+    flight.push = np.array([0.0, 0.0, -0.8])
+    flight.run_for(3.0)
+    flight.push = np.array([0.0, 4.0, 0.0])
+    flight.run_for(0.2)
+    flight.push = np.zeros(3)
+    flight.run(lambda _: flight.phase is Phase.FOLLOWING)
+    course = flight.executive.course
+    assert course is not None
+    flight.obstacle = course.motion_at(course.at(flight.now_s).curve_s + 6.0).position_m + np.array([0.0, 0.0, 1.2])
+    flight.run_for(6.0)
+    assert flight.executive.course is not None
+    assert flight.executive.course.at(flight.now_s).rate == pytest.approx(0.7)
 
 
 class TestStraying:
