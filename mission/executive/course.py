@@ -260,8 +260,9 @@ class Course:
         return position
 
     def at(self, now_s: float) -> CoursePoint:
-        """Where the course is at a moment of the flight clock."""
+        """Where the course is at a moment of the flight clock; after its end it stays there."""
         curve_s, rate, rate_per_s = self.pace.at(now_s)
+        curve_s = min(curve_s, self.end_s)
         leg = self.leg_at(curve_s)
         motion = leg.trajectory.motion_at(curve_s)
         velocity = motion.velocity_mps
@@ -275,6 +276,11 @@ class Course:
     def finished(self, now_s: float) -> bool:
         """Whether the last curve has come to its end."""
         return self.pace.at(now_s)[0] >= self.end_s
+
+    def over_s(self, now_s: float) -> float:
+        """How long ago the last curve came to its end, at the present pace; zero: it has not, or only just."""
+        curve_s, rate, _ = self.pace.at(now_s)
+        return max(0.0, curve_s - self.end_s) / rate if rate > 0.0 else 0.0
 
     def stands(self, now_s: float) -> bool:
         """Whether the course has come to a standstill, at the end or on the way."""

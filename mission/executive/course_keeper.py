@@ -19,6 +19,8 @@ _CATCH_UP_S = 1.0
 _SLOWER = 0.7
 _SLOWEST = 0.35
 _SAME_PLACE_M = 1e-3
+# Within what estimates wander while hovering, and slower than what a plan leaves of the greatest speed for catching up.
+_THERE_M, _STANDS_MPS = 0.5, 0.5
 _LOOK_BACK_S = 2.0
 """A vehicle is that far behind its course at most without anything being wrong, and some more."""
 
@@ -165,6 +167,21 @@ class CourseKeeper:
     def finished(self, now_s: float) -> bool:
         """Whether the course has come to its end."""
         return self.course is not None and self.course.finished(now_s)
+
+    def waits_for(self, state: VehicleState) -> bool:
+        """Whether a vehicle has yet to come to where the course ends, and stand: what begins there begins at rest.
+
+        One that overshoots or is late would be told to run after a course that goes on without it, as fast as its own
+        limits allow.
+        """
+        if self.course is None:
+            return False
+        apart_m = math.dist(state.position_enu_m, self.course.stop_position())
+        return apart_m > _THERE_M or math.hypot(*state.velocity_enu_mps) > _STANDS_MPS
+
+    def over_s(self, now_s: float) -> float:
+        """How long ago the course came to its end."""
+        return 0.0 if self.course is None else self.course.over_s(now_s)
 
     def watched_s(self, now_s: float) -> float:
         """Curve time up to which the course must be clear for it to be flown on with at this moment."""

@@ -56,6 +56,9 @@ from sim_bridge.state import (
     Waiting,
 )
 
+_ARRIVES_WITHIN_S = 10.0
+"""A vehicle that overshoots comes back within 3 to 5 s."""
+
 _END_TRIGGER = {
     FlightEnd.RETURN: Trigger.EXPLORED,
     FlightEnd.LAND: Trigger.EXPLORED_LAND,
@@ -360,12 +363,30 @@ class Executive:
         if self.phase in GOAL:
             follows = self._vehicle.mode is FlightMode.EXTERNAL
             streamed = stay.lasted_s(now_s) >= STREAM_FIRST_S or self.phase is Phase.TURNING_BACK
+            # One that follows already brakes with its course; one that is taken over stands where it was, and may move.
+            taken_over = self.phase is not Phase.TURNING_BACK
+            if taken_over and stay.lasted_s(now_s) < _ARRIVES_WITHIN_S and self._waits_for_vehicle():
+                return
             if follows and streamed and keeper.way is not None and keeper.stands(now_s):
                 self._fire(Trigger.UNDER_CONTROL, now_s)
         elif self.phase is Phase.FOLLOWING and keeper.finished(now_s):
             self._end_exploration(now_s)
+        elif self.phase is Phase.TRANSIT and keeper.finished(now_s):
+            self._arrive_to_explore(now_s)
         elif self.phase in ON_COURSE and keeper.finished(now_s):
             self._fire(self._arrival(), now_s)
+
+    def _arrive_to_explore(self, now_s: float) -> None:
+        """Begin the exploration once the vehicle stands where that begins; wind may keep it from that for ever."""
+        waits = self._waits_for_vehicle()
+        if waits and self._keeper.over_s(now_s) < _ARRIVES_WITHIN_S:
+            return
+        if waits:
+            self._machine.say("it has not come to rest at the start of the exploration: going on", warning=True)
+        self._fire(self._arrival(), now_s)
+
+    def _waits_for_vehicle(self) -> bool:
+        return self.state is not None and self._keeper.waits_for(self.state)
 
     def _arrival(self) -> Trigger:
         """What the end of a way is: above home it must be clear below, or it lands elsewhere, or nowhere."""

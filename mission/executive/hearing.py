@@ -14,6 +14,7 @@ from mission.executive.phase_machine import PhaseMachine
 from mission.executive.phases import AIRBORNE, HOMEWARD, ON_COURSE, STREAMING, Phase, Trigger, order_of
 from mission.executive.standing_order import STREAM_FIRST_S, StandingOrder
 from mission.executive.stay import MODE_GRACE_S
+from mission.executive.straying import Straying
 from sim_bridge.state import FlightMode, VehicleState
 
 _ALARM_INTERVAL_S = 0.1
@@ -22,8 +23,8 @@ _DOUBTED = 0.1
 """A charge that is told by so much higher than the endurance allows is said to be doubted."""
 _BEHIND_SHARE = 0.2
 _STANDS_MPS = 0.5
-# Gusts pass, lag stays.
-_STRAYS_S = 1.0
+# How far a vehicle strays that is asked for less shows only after a while.
+_SETTLES_S = 5.0
 _ALARM_TRIGGER = {
     Alarm.OUTSIDE: Trigger.OUTSIDE,
     Alarm.BATTERY_LOW: Trigger.BATTERY_LOW,
@@ -77,7 +78,8 @@ class Hearing:
         self._alarmed_s = now_s
         self._charge_told = False
         self._charge_doubted = False
-        self._strays_since_s: float | None = None
+        self._straying = Straying()
+        self._strays_at_rate = keeper.rate
         self._waiting_for: tuple[str, ...] = ()
 
     @property
@@ -237,15 +239,17 @@ class Hearing:
         self._charge_doubted = True
 
     def _keep_close(self, state: VehicleState, now_s: float) -> None:
-        """Ask less of a vehicle that strays, before it comes too close to anything."""
-        course = self._keeper.course if self._phase in ON_COURSE else None
-        share = 1.0 if course is None else self.monitors.manageable_share(state, course, now_s)
-        if share == 1.0:
-            self._strays_since_s = None
-        elif self._strays_since_s is None:
-            self._strays_since_s = now_s
-        elif now_s - self._strays_since_s >= _STRAYS_S and self._machine.slow_down(now_s, share):
-            # What was asked for less shows only after a while.
-            self._strays_since_s = now_s + _STRAYS_S
+        """Ask less of a vehicle that strays, before its course leads past anything."""
+        if self._keeper.rate != self._strays_at_rate:
+            self._strays_at_rate = self._keeper.rate
+            self._straying.begin(now_s + _SETTLES_S)
+        course = self._keeper.course
+        settled = self._phase in ON_COURSE and self._machine.stay.settled(now_s)
+        # Behind the end of a way there is no path any more that a vehicle could overshoot along.
+        if course is None or not settled or course.stands(now_s):
+            return
+        strays_m = self._straying.observe(self.monitors.beside_m(state, course, now_s), now_s)
+        share = self.monitors.manageable_share(strays_m, course, now_s)
+        if share < 1.0 and self._machine.slow_down(now_s, share):
             self._keeper.resume(now_s)
             self._machine.stream()

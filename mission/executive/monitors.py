@@ -25,8 +25,11 @@ _LANDING_SPEED_MPS = 0.6
 _LEAST_OBSERVATION_S = 60.0
 # Of the distance from its path that the plan's clearance allows for, this share is used up without a word.
 _KEPT_SHARE = 0.5
-# The path is looked for that far back, as setpoints are ahead of the vehicle, and looked along that far on.
-_BEHIND_S, _AHEAD_S, _AHEAD_STEP_S = 3.0, 5.0, 0.05
+# A vehicle strays farther at times than it has shown so far, by this factor.
+_WORSE = 1.5
+# The path is looked for that far back, as setpoints are ahead of a vehicle with drag, and a little ahead, as they brake
+# harder than it does; it is looked along that far on.
+_BEHIND_S, _BEFORE_S, _AHEAD_S, _AHEAD_STEP_S = 3.0, 1.0, 20.0, 0.1
 _LEAST_DROP = 0.03
 
 STALE_CHARGE_S = 20.0
@@ -231,25 +234,35 @@ class Monitors:
             found.append(Alarm.OFF_TRACK)
         return tuple(found)
 
-    def manageable_share(self, state: VehicleState, course: Course, now_s: float) -> float:
-        """What share of its pace a vehicle can be asked for that is too far beside its path; one: all of it.
-
-        To be behind on a proven path is no danger; to be beside it is one where the next seconds lead past something.
-        The distance from the path is taken to grow in proportion to the pace.
+    def beside_m(self, state: VehicleState, course: Course, now_s: float) -> float:
+        """How far a vehicle is from its path: to be late or early on it counts for nothing.
 
         Args:
             state: What the vehicle tells.
             course: What it follows.
             now_s: Flight clock at the state's moment.
         """
-        position, point = np.asarray(state.position_enu_m), course.at(now_s)
-        kept_m = _KEPT_SHARE * self.track_margin_m
-        if float(np.linalg.norm(position - point.motion.position_m)) <= kept_m:
+        here_s = course.at(now_s).curve_s
+        return course.nearest(np.asarray(state.position_enu_m), here_s - _BEHIND_S, here_s + _BEFORE_S)[1]
+
+    def manageable_share(self, strays_m: float, course: Course, now_s: float) -> float:
+        """What share of its pace a vehicle can be asked for that strays from its path; one: all of it.
+
+        To be behind on a proven path is no danger; to stray from it is one where it leads past something. A vehicle
+        is slowed as soon as it has shown that it strays and such a place is in sight, not when it strays there: its
+        setpoints take some 2 s to slow down, and what drag and lag have wound up takes another 5 to 10 s to go.
+        What it has shown is seldom the worst, which comes in the sharpest turn. The distance
+        is taken to grow in proportion to the pace.
+
+        Args:
+            strays_m: How far it has shown to stray at its present pace.
+            course: What it follows.
+            now_s: Flight clock.
+        """
+        kept_m, point = _KEPT_SHARE * self.track_margin_m, course.at(now_s)
+        if strays_m <= kept_m:
             return 1.0
-        nearest_s, beside_m = course.nearest(position, point.curve_s - _BEHIND_S, point.curve_s)
-        if beside_m <= kept_m:
-            return 1.0
-        ahead_s = nearest_s + np.arange(0.0, _AHEAD_S, _AHEAD_STEP_S) * point.rate
+        ahead_s = point.curve_s + np.arange(-_BEHIND_S, _AHEAD_S * point.rate, _AHEAD_STEP_S)
         ahead_m = course.positions_at(np.minimum(ahead_s, course.end_s))
-        left_m = float(self.clearance_m(ahead_m).min()) - beside_m
-        return kept_m / beside_m if left_m < self.track_margin_m - kept_m else 1.0
+        left_m = float(self.clearance_m(ahead_m).min()) - _WORSE * strays_m
+        return kept_m / strays_m if left_m < self.track_margin_m - kept_m else 1.0

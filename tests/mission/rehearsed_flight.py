@@ -163,7 +163,7 @@ class Flight:
         self.obstacle = FAR_AWAY
         self.fence_east_m = 1000.0
         monitors = Monitors(
-            clearance_m=lambda places: np.linalg.norm(places - self.obstacle, axis=-1),
+            clearance_m=self.clearance_m,
             least_clearance_m=0.5,
             fence_distance_m=lambda p: self.fence_east_m - float(p[0]),
             fence_tolerance_m=1.0,
@@ -190,6 +190,9 @@ class Flight:
     @property
     def phase(self) -> Phase:
         return self.executive.phase
+
+    def clearance_m(self, places: np.ndarray) -> np.ndarray:
+        return np.linalg.norm(places - self.obstacle, axis=-1)
 
     def act(self, actions) -> None:
         for action in actions:
