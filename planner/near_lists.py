@@ -8,23 +8,19 @@ the gate measures to everything.
 
 from __future__ import annotations
 
-from collections.abc import Callable
-
 import equinox as eqx
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from planner.nearest import Distances, grouped
+
 MOST_CELLS = 4096
 """As many rows as a table has: one shape for all boxes."""
 SPARE = 2
 """Places left in a list: what is pushed in flight must not make every list longer, which would be compiled anew."""
-# So many evaluations cost about what it takes to decide how to do with fewer.
-EVALUATIONS = 1 << 15
 # Single precision must leave nothing out.
 _SLACK_M = 1e-2
-
-Distances = Callable[[Float[np.ndarray, "point 3"], Int[np.ndarray, "some"]], Float[np.ndarray, "some point"]]
 
 
 class NearLists(eqx.Module):
@@ -69,30 +65,19 @@ def nearest_somewhere(
         low_m: Lower corner of the box.
         high_m: Upper corner.
         bodies: How many there are, one or more.
-        distances: 1-Lipschitz signed distances to some of them.
+        distances: To some of them.
     """
     counts = cell_counts(high_m - low_m)
     edges_m = (high_m - low_m) / counts
     grid = np.stack(np.meshgrid(*(np.arange(count) for count in counts), indexing="ij"), axis=-1).reshape(-1, 3)
     middles = low_m + (grid + 0.5) * edges_m
-    diagonal_m = float(np.linalg.norm(edges_m))
+    reach_m = 0.5 * float(np.linalg.norm(edges_m)) + _SLACK_M
     found: list[Int[np.ndarray, "some"]] = [np.empty(0, dtype=int)] * len(middles)
-    pending = [(np.arange(len(middles)), np.arange(bodies))]
-    while pending:
-        cells, some = pending.pop()
-        places = middles[cells]
-        if len(cells) == 1 or len(cells) * len(some) <= EVALUATIONS:
-            away = distances(places, some)
-            near = away <= away.min(axis=0) + diagonal_m + _SLACK_M
-            for column, cell in enumerate(cells):
-                found[cell] = some[near[:, column]]
-            continue
-        least, most = places.min(axis=0), places.max(axis=0)
-        away = distances(0.5 * (least + most)[None], some)[:, 0]
-        some = some[away <= away.min() + float(np.linalg.norm(most - least)) + diagonal_m + _SLACK_M]
-        axis = int(np.argmax(most - least))
-        upper = places[:, axis] > 0.5 * (least + most)[axis]
-        pending += [(cells[upper], some), (cells[~upper], some)]
+    for cells, some in grouped(middles, np.ones(bodies, dtype=int), distances, reach_m):
+        away = distances(middles[cells], some)
+        near = away <= away.min(axis=0) + 2.0 * reach_m
+        for column, cell in enumerate(cells):
+            found[cell] = some[near[:, column]]
     return found
 
 

@@ -7,7 +7,7 @@ halved until what is left is little. What remains is measured by the one formula
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -17,35 +17,54 @@ EVALUATIONS = 1 << 15
 # Rounding must leave nothing out.
 _SLACK_M = 1e-6
 
+Distances = Callable[[Float[np.ndarray, "point 3"], Int[np.ndarray, "some"]], Float[np.ndarray, "some point"]]
+"""1-Lipschitz signed distances from points to some of the bodies, by their numbers."""
+
 
 def least(
-    points_m: Float[np.ndarray, "point 3"],
-    work: Int[np.ndarray, "body"],
-    distances: Callable[[Float[np.ndarray, "point 3"], Int[np.ndarray, "some"]], Float[np.ndarray, "some point"]],
+    points_m: Float[np.ndarray, "point 3"], work: Int[np.ndarray, "body"], distances: Distances
 ) -> Float[np.ndarray, "point"]:
     """The least distance at each point.
 
     Args:
         points_m: Where.
         work: How many evaluations a body takes at a point, one or more; there is a body.
-        distances: 1-Lipschitz distances to some of the bodies, by their numbers.
+        distances: To some of the bodies.
     """
     found = np.empty(len(points_m))
+    for mine, bodies in grouped(points_m, work, distances):
+        found[mine] = distances(points_m[mine], bodies).min(axis=0, initial=np.inf)
+    return found
+
+
+def grouped(
+    points_m: Float[np.ndarray, "point 3"], work: Int[np.ndarray, "body"], distances: Distances, reach_m: float = 0.0
+) -> Iterator[tuple[Int[np.ndarray, "mine"], Int[np.ndarray, "some"]]]:
+    """Points in groups that are near each other, each with the bodies that can be nearest to any of its points.
+
+    Args:
+        points_m: Where.
+        work: How many evaluations a body takes at a point.
+        distances: To some of the bodies.
+        reach_m: Bodies that are nearest so far around a point count as well.
+
+    Yields:
+        Numbers of the points of a group, and of its bodies.
+    """
     pending = [(np.arange(len(points_m)), np.arange(len(work)))]
     while pending:
         mine, bodies = pending.pop()
-        points = points_m[mine]
         if len(mine) <= 1 or len(mine) * work[bodies].sum() <= EVALUATIONS:
-            found[mine] = distances(points, bodies).min(axis=0, initial=np.inf)
+            yield mine, bodies
             continue
+        points = points_m[mine]
         low, high = points.min(axis=0), points.max(axis=0)
         middle = 0.5 * (low + high)
         away = distances(middle[None], bodies)[:, 0]
-        bodies = bodies[away <= away.min() + float(np.linalg.norm(high - low)) + _SLACK_M]
+        bodies = bodies[away <= away.min() + float(np.linalg.norm(high - low)) + 2.0 * reach_m + _SLACK_M]
         axis = int(np.argmax(high - low))
         upper = points[:, axis] > middle[axis]
         if not upper.any():
             # All in one place, to rounding.
             upper[len(mine) // 2 :] = True
         pending += [(mine[upper], bodies), (mine[~upper], bodies)]
-    return found

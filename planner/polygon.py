@@ -29,7 +29,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from planner.near_lists import SPARE, NearLists, near_lists, nearest_somewhere
-from planner.nearest import least
+from planner.nearest import Distances, least
 
 # Distance to what is not there: far outside any mission, harmless in single precision.
 FAR_M = 1e6
@@ -126,40 +126,42 @@ class Prisms(eqx.Module):
 
     def listed(self, low_m: Float[np.ndarray, "3"], high_m: Float[np.ndarray, "3"]) -> Prisms:
         """The same with lists of what is near in each part of a box."""
-        begins, blocks = self._blocks()
+        begins, blocks, distances = self._by_prism()
         lists = [
             np.concatenate([begins[prism] + np.arange(int(blocks[prism])) for prism in some])
-            for some in nearest_somewhere(low_m, high_m, len(begins), self._to_some)
+            for some in nearest_somewhere(low_m, high_m, len(begins), distances)
         ]
         width = padded_count(max(map(len, lists)) + SPARE, FEWEST_BLOCKS)
         return dataclasses.replace(self, near=near_lists(low_m, high_m, lists, width))
 
     def _host_distance(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
         points = np.stack([x, y, z], axis=-1).reshape(-1, 3)
-        return least(points, BLOCK * self._blocks()[1], self._to_some).reshape(x.shape)
+        _, blocks, distances = self._by_prism()
+        return least(points, BLOCK * blocks, distances).reshape(x.shape)
 
-    def _blocks(self) -> tuple[Int[np.ndarray, "prism"], Int[np.ndarray, "prism"]]:
-        """The first block of each prism, and how many it has."""
+    def _by_prism(self) -> tuple[Int[np.ndarray, "prism"], Int[np.ndarray, "prism"], Distances]:
+        """The first block of each prism, how many it has, and distances to some of them."""
         begins = np.flatnonzero(self.first)
-        return begins, np.diff(np.append(begins, len(self.first)))
+        blocks = np.diff(np.append(begins, len(self.first)))
 
-    def _to_some(
-        self, points_m: Float[np.ndarray, "point 3"], prisms: Int[np.ndarray, "some"]
-    ) -> Float[np.ndarray, "some point"]:
-        """Every edge against every point, and the least over each prism."""
-        begins, blocks = self._blocks()
-        count = blocks[prisms]
-        here = np.cumsum(count) - count
-        block = np.arange(count.sum()) + np.repeat(begins[prisms] - here, count)
-        start, step, inverse = (part[block][:, :, None] for part in (self.start_m, self.step_m, self.inverse_m2))
-        east, north, height = points_m.T
-        squared = _edge(np, east, north, start, step, inverse).min(axis=1)
-        crossed = _crossed(east, north, start, step).sum(axis=1)
-        horizontal = np.sqrt(np.minimum.reduceat(squared, here, axis=0))
-        inside = np.add.reduceat(crossed, here, axis=0) % 2 == 1
-        floor, ceiling = self.floor_m[begins[prisms], None], self.ceiling_m[begins[prisms], None]
-        vertical = np.maximum(floor - height, height - ceiling)
-        return extruded(np, np.where(inside, -horizontal, horizontal), vertical)
+        def to_some(
+            points_m: Float[np.ndarray, "point 3"], prisms: Int[np.ndarray, "some"]
+        ) -> Float[np.ndarray, "some point"]:
+            """Every edge against every point, and the least over each prism."""
+            count = blocks[prisms]
+            here = np.cumsum(count) - count
+            block = np.arange(count.sum()) + np.repeat(begins[prisms] - here, count)
+            start, step, inverse = (part[block][:, :, None] for part in (self.start_m, self.step_m, self.inverse_m2))
+            east, north, height = points_m.T
+            squared = _edge(np, east, north, start, step, inverse).min(axis=1)
+            crossed = _crossed(east, north, start, step).sum(axis=1)
+            horizontal = np.sqrt(np.minimum.reduceat(squared, here, axis=0))
+            inside = np.add.reduceat(crossed, here, axis=0) % 2 == 1
+            floor, ceiling = self.floor_m[begins[prisms], None], self.ceiling_m[begins[prisms], None]
+            vertical = np.maximum(floor - height, height - ceiling)
+            return extruded(np, np.where(inside, -horizontal, horizontal), vertical)
+
+        return begins, blocks, to_some
 
 
 class KeepIn(eqx.Module):
