@@ -7,6 +7,7 @@ import math
 
 import numpy as np
 
+from mission.executive import readings
 from mission.executive.course import Course, vector
 from mission.executive.events import Assignment
 from planner.gate import ProvenTrajectory
@@ -19,8 +20,8 @@ _CATCH_UP_S = 1.0
 _SLOWER = 0.7
 _SLOWEST = 0.35
 _SAME_PLACE_M = 1e-3
-# Within what estimates wander while hovering, and slower than what a plan leaves of the greatest speed for catching up.
-_THERE_M, _STANDS_MPS = 0.5, 0.5
+# Within what estimates wander while hovering.
+_THERE_M = 0.5
 _LOOK_BACK_S = 2.0
 """A vehicle is that far behind its course at most without anything being wrong, and some more."""
 
@@ -177,7 +178,7 @@ class CourseKeeper:
         if self.course is None:
             return False
         apart_m = math.dist(state.position_enu_m, self.course.stop_position())
-        return apart_m > _THERE_M or math.hypot(*state.velocity_enu_mps) > _STANDS_MPS
+        return apart_m > _THERE_M or not readings.stands(state)
 
     def over_s(self, now_s: float) -> float:
         """How long ago the course came to its end."""

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import math
-
 from mission.executive import readings
 from mission.executive.course_keeper import CourseKeeper
 from mission.executive.events import Assignment, FlightMethod
@@ -22,7 +20,6 @@ _TELLS_WITHIN_S = 10.0
 _DOUBTED = 0.1
 """A charge that is told by so much higher than the endurance allows is said to be doubted."""
 _BEHIND_SHARE = 0.2
-_STANDS_MPS = 0.5
 # How far a vehicle strays that is asked for less shows only after a while.
 _SETTLES_S = 5.0
 _ALARM_TRIGGER = {
@@ -196,7 +193,7 @@ class Hearing:
             # Setpoints go on until the vehicle has taken the mode that does without them.
             self._machine.stop_stream()
         before_block = self._phase is Phase.AUTO_HOLD and self._machine.interruption.waits_for_way
-        if before_block and (not stay.settled(now_s) or math.hypot(*state.velocity_enu_mps) > _STANDS_MPS):
+        if before_block and not (stay.settled(now_s) and readings.stands(state)):
             return
         if (before_block or self._phase is Phase.HANDING_OVER) and state.mode is FlightMode.HOLD:
             self._fire(Trigger.MODE_TAKEN, now_s)

@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
+import math
+
 from mission.executive.phases import STREAMING, Phase, Trigger, expected_modes
 from mission.executive.stay import Stay
 from sim_bridge.state import Command, FlightMode, LandedState, VehicleState
 
 _NEAR_M = 1.5
 _LEVEL_MPS = 0.3
+# Less than what a plan leaves of the greatest speed for catching up.
+_STANDS_MPS = 0.5
 
 
 def obeyed(command: Command, state: VehicleState) -> bool:
@@ -30,6 +34,11 @@ def obeyed(command: Command, state: VehicleState) -> bool:
             return state.mode is FlightMode.LAND
         case Command.START_MISSION:
             return state.mode in (FlightMode.MISSION, FlightMode.RETURN, FlightMode.LAND)
+
+
+def stands(state: VehicleState) -> bool:
+    """Whether a vehicle in the air has come to rest."""
+    return math.hypot(*state.velocity_enu_mps) <= _STANDS_MPS
 
 
 def unsteered(state: VehicleState) -> bool:
