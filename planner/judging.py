@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from planner import gate
-from planner.kernel_metric import metric_of
+from planner.kernel_metric_of import metric_of
 from planner.plan import Candidate, objective_of
 from planner.polyline import densified
 from planner.problem import Covered, Metric, Options, Problem

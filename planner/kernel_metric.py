@@ -43,15 +43,12 @@ from planner.density_field import (
 )
 from planner.information import DensityGrid
 from planner.kernel_variance import select_variance, silverman_variance
-from planner.problem import Covered, Options, Problem
+from planner.problem import Covered
 
 IGNORED_VARIANCE = 1.0 / (2.0 * np.pi)
 """Of an axis that does not count: there the normal density of a difference of zero is one."""
 
 MOST_COVERED = 1024
-REMEMBERED_POSES = 512
-"""Of a flight under way always as many, so that code that was compiled serves all of it."""
-SPAN_OF_WIDTH = 0.75
 PARAMETER_SAMPLES = 256
 CELLS_A_WIDTH = 6.0
 MOST_CELLS = 2**20
@@ -197,93 +194,6 @@ def kernel_metric(
     )
 
 
-def metric_of(problem: Problem, options: Options, samples: int = 1) -> KernelMetric:
-    """The metric that a problem is solved with: of places, or of poses where headings are explored.
-
-    Args:
-        problem: What to explore.
-        options: Which axes count, and whether the heading is one of them.
-        samples: Of the paths that will be measured.
-    """
-    wanted = metric_of_poses if options.explores_headings else metric_of_places
-    return wanted(problem, options, samples)
-
-
-def metric_of_places(problem: Problem, options: Options, samples: int = 1) -> KernelMetric:
-    """The metric of a problem: axes with one mode are left out, as in the spectral metric.
-
-    Args:
-        problem: What to explore.
-        options: Which axes count.
-        samples: Of the paths that will be measured. Where they lie closer than the kernel can tell apart, neighbours
-            are taken together, which saves its square in time.
-    """
-    metric = kernel_metric(
-        problem.information,
-        counts=_counts(options),
-        covered=problem.covered,
-        duration_s=problem.duration_s,
-        seed=options.seed,
-    )
-    return dataclasses.replace(metric, together=_neighbours_together(problem, metric, samples))
-
-
-def metric_of_poses(problem: Problem, options: Options, samples: int = 1) -> KernelMetric:
-    """The metric of poses (R³ × S¹) of a problem: its information, looked at from every side alike.
-
-    Args:
-        problem: What to explore.
-        options: Which axes of the place count.
-        samples: As in `metric_of_places`.
-
-    Raises:
-        ValueError: Of what was covered before only the places are known.
-    """
-    information, covered, counts = problem.information, problem.covered, _counts(options)
-    mask = np.array([*counts, True])
-    generator = np.random.default_rng(options.seed)
-    around = 2.0 * np.pi * (generator.permutation(PARAMETER_SAMPLES) + 0.5) / PARAMETER_SAMPLES
-    poses = np.column_stack([sampled(information, PARAMETER_SAMPLES, generator), around])
-    plain = EveryHeading(grid_field(information.mass, counts=counts))
-    slope = np.asarray(plain(jnp.asarray(poses, jnp.float32))[1], dtype=float)
-    variance = np.full(4, IGNORED_VARIANCE)
-    variance[mask] = select_variance(poses[:, mask], slope[:, mask], wraps=True)
-    blurred = EveryHeading(grid_field(information.mass, variance[:3], counts))
-    own = np.sum(information.mass * density_at_centers(information.mass, variance[:3], counts)) / (2.0 * np.pi)
-    past, each, share = np.zeros((0, 4)), np.zeros(0), 0.0
-    if covered is not None:
-        if covered.poses is None or not len(covered.poses):
-            raise ValueError("headings are explored, and what was covered before has no poses: give Covered.poses")
-        share = covered.duration_s / (covered.duration_s + problem.duration_s)
-        past = _thinned(covered.poses * mask, REMEMBERED_POSES)
-        missing = REMEMBERED_POSES - len(past)
-        each = np.append(np.full(len(past), share / max(len(past), 1)), np.zeros(missing))
-        past = np.concatenate([past, np.zeros((missing, 4))])
-    metric = _of_poses(blurred, variance, mask, float(own), past, each, share)
-    return dataclasses.replace(metric, together=_neighbours_together(problem, metric, samples))
-
-
-def _counts(options: Options) -> tuple[bool, bool, bool]:
-    first, second, third = (modes > 1 for modes in options.modes)
-    return first, second, third
-
-
-def _neighbours_together(problem: Problem, metric: KernelMetric, samples: int) -> int:
-    """The largest power of two that divides the samples and spans at most `SPAN_OF_WIDTH` of the kernel's width."""
-    limits = problem.limits
-    climb_mps = min(limits.max_speed_mps, max(limits.max_climb_mps, limits.max_descent_mps))
-    speed_per_s = np.array([limits.max_speed_mps, limits.max_speed_mps, climb_mps]) / problem.workspace.lengths_m
-    if metric.wraps:
-        speed_per_s = np.append(speed_per_s, limits.max_yaw_rate_radps)
-    spacing = speed_per_s * problem.duration_s / samples
-    width = np.sqrt(np.asarray(metric.variance))
-    counts = np.asarray(metric.counts) > 0.0
-    together = 1
-    while samples % (2 * together) == 0 and (2 * together * spacing <= SPAN_OF_WIDTH * width)[counts].all():
-        together *= 2
-    return together
-
-
 def _refined(
     mass: Float[np.ndarray, "nx ny nz"], width: Float[np.ndarray, "3"], counts: Bool[np.ndarray, "3"]
 ) -> Float[np.ndarray, "mx my mz"]:
@@ -354,19 +264,19 @@ def pose_metric(
     spread = _sample_field(poses, share, width + np.asarray(field.variance), wraps=True)
     own = float(np.dot(np.asarray(spread(spread.centers)[0]), share))
     past = np.zeros((0, 4)) if covered is None or covered_share == 0.0 else np.asarray(covered, dtype=float)
-    past = _thinned(past, MOST_COVERED)
+    past = thinned(past, MOST_COVERED)
     each = np.full(len(past), covered_share / max(len(past), 1))
-    return _of_poses(field, theta, np.ones(4, dtype=bool), own, past, each, covered_share)
+    return of_poses(field, theta, np.ones(4, dtype=bool), own, past, each, covered_share)
 
 
-def _thinned(poses: Float[np.ndarray, "sample 4"], most: int) -> Float[np.ndarray, "kept 4"]:
+def thinned(poses: Float[np.ndarray, "sample 4"], most: int) -> Float[np.ndarray, "kept 4"]:
     """No more poses than that, evenly chosen."""
     if len(poses) <= most:
         return poses
     return poses[np.round(np.linspace(0, len(poses) - 1, most)).astype(int)]
 
 
-def _of_poses(
+def of_poses(
     attraction: SampleField | EveryHeading,
     theta: Float[np.ndarray, "4"],
     counts: Bool[np.ndarray, "4"],

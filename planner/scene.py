@@ -22,7 +22,8 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
-from planner.kernel_metric import KernelMetric, metric_of
+from planner.kernel_metric import KernelMetric
+from planner.kernel_metric_of import metric_of
 from planner.obstacles import ObstacleField
 from planner.polygon import KeepIn
 from planner.problem import Metric, Options, Problem

@@ -20,7 +20,7 @@ from benchmarks.kes.report import save
 from benchmarks.quality import CUBE, mixture, problem_of
 from benchmarks.timing import without_baseline
 from planner.judging import Judge, at_middles
-from planner.kernel_metric import metric_of_poses
+from planner.kernel_metric_of import metric_of_poses
 from planner.lawnmower import Lawnmowers
 from planner.problem import HeadingRule, Metric, Options
 from planner.solver import solve

@@ -44,6 +44,7 @@ from mission.flying.belief import Belief
 from mission.flying.chatter import Chatter
 from mission.flying.clock import FlightClock
 from mission.flying.flight_progress import Progress, Watcher
+from mission.flying.ground_jobs import GroundJobs
 from mission.flying.home_reckoning import HomeReckoning
 from mission.flying.inbox_watch import InboxWatch
 from mission.flying.last_orders import give_last_order
@@ -121,7 +122,7 @@ class FlightLoop:
         self._inbox: queue.SimpleQueue[Event] = queue.SimpleQueue()
         self._kept: queue.SimpleQueue[Callable[[float], None]] = queue.SimpleQueue()
         self._keeping = False
-        self._jobs = concurrent.futures.ThreadPoolExecutor(1, thread_name_prefix="checks")
+        self._jobs = GroundJobs(self.tell)
         self._reckoning = HomeReckoning(lambda wanted: self._ground.find_way(wanted))
         self._chatter = Chatter()
         self._interrupts = 0
@@ -167,7 +168,7 @@ class FlightLoop:
             self._break_off(error)
             raise
         finally:
-            self._jobs.shutdown(wait=False, cancel_futures=True)
+            self._jobs.close()
             self._pushed.close()
             self._reckoning.close()
 
@@ -284,10 +285,10 @@ class FlightLoop:
                 case Withdraw():
                     self._link.withdraw()
                 case RunChecks():
-                    self._submit(self._check, lambda why: Checked((f"the checks broke off: {why}",)))
+                    self._jobs.submit(self._check, lambda why: Checked((f"the checks broke off: {why}",)))
                 case FindWay():
                     seek = functools.partial(self._find_way, action)
-                    self._submit(seek, functools.partial(WayFound, action, None))
+                    self._jobs.submit(seek, functools.partial(WayFound, action, None))
                 case Entered(phase, why):
                     self._recorder.write("phase", now_s, phase=phase.value, why=why)
                     self._note_progress(now_s)
@@ -308,22 +309,6 @@ class FlightLoop:
         else:
             text = f"the log is written again; {lost} lines are lost"
         self._act([Say(text, True)], self._clock.now(time.monotonic()))
-
-    # Jobs, on their own thread; their results come back as events, and so does whatever breaks them off.
-
-    def _submit(self, job: Callable[[], Event], failed: Callable[[str], Event]) -> None:
-        def done(future: concurrent.futures.Future[Event]) -> None:
-            if future.cancelled():
-                return
-            error = future.exception()
-            if error is None:
-                self.tell(future.result())
-            else:
-                # Refusals are ValueErrors and say all there is to say; of anything else its kind is worth knowing.
-                name = "" if isinstance(error, ValueError) else f"{type(error).__name__}: "
-                self.tell(failed(f"{name}{error}"))
-
-        self._jobs.submit(job).add_done_callback(done)
 
     def _check(self) -> Checked:
         state = self.executive.state

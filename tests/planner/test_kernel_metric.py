@@ -12,7 +12,8 @@ from scipy.stats import multivariate_normal, norm
 from planner.density_field import density_at_centers, grid_field, kernel_sum
 from planner.information import DensityGrid, gaussians, uniform
 from planner.judging import Judge
-from planner.kernel_metric import Attraction, KernelMetric, kernel_metric, metric_of_places, pose_metric, sampled
+from planner.kernel_metric import Attraction, KernelMetric, kernel_metric, pose_metric, sampled
+from planner.kernel_metric_of import metric_of_places
 from planner.kernel_variance import select_variance, silverman_variance
 from planner.obstacles import ObstacleField
 from planner.problem import Covered, Limits, Metric, Options, Problem

@@ -12,7 +12,7 @@ from planner import kernels
 from planner.gate import GateRefused, ViolationKind, inspect, prove
 from planner.information import DensityGrid
 from planner.judging import Judge, at_middles
-from planner.kernel_metric import metric_of, metric_of_poses
+from planner.kernel_metric_of import metric_of, metric_of_poses
 from planner.plan import Plan
 from planner.problem import Covered, HeadingRule, Kernel, Metric, Options, Problem
 from planner.scene import TURN_RAD, free_from_control, knots_for, scene_of, trajectory_of
