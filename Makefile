@@ -18,6 +18,7 @@ check: $(VENV)/.installed-dev
 	$(BIN)/ruff format --check .
 	$(BIN)/ruff check .
 	$(BIN)/pyright
+	$(BIN)/pyright --project pyright-names.json
 	$(BIN)/lint-imports
 
 format: $(VENV)/.installed-dev

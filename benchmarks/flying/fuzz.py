@@ -36,6 +36,7 @@ from mission.executive.events import (
 from mission.executive.executive import Executive
 from mission.flying.belief import Belief
 from mission.flying.flight_rules import energy_of, monitors_of
+from mission.flying.ways import along
 from sim_bridge.codec import mavlink
 from sim_bridge.dialects import Autopilot
 from sim_bridge.link.client import Link
