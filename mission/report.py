@@ -12,6 +12,7 @@ from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
+from mission.flying.air import drag_words, wind_words
 from mission.flying.chatter import Chatter
 from mission.flying.flight_log import FlightLog
 from mission.pictures.style import distance, duration
@@ -112,6 +113,8 @@ def _cards(summary: dict[str, Any]) -> str:
         (number("tracking_error_max_m", " m", 2), "from the course, at most"),
         (number("ergodic_metric", "", 5), "ergodic metric flown"),
         *([(number("probability_found", "", 3), "probability of having found it")] if searched else []),
+        (wind_words(summary), "wind, mean"),
+        (drag_words(summary), "drag"),
         (number("battery_used", " %", 0, 100.0), "of the battery used"),
         (f"{summary.get('replans_taken', 0)} / {summary.get('replans_asked', 0)}", "replans taken / asked"),
         (number("setpoint_gap_max_s", " ms", 0, 1000.0), "longest gap of setpoints"),

@@ -11,6 +11,7 @@ import enum
 import math
 
 Vector = tuple[float, float, float]
+GRAVITY_MPS2 = 9.80665
 LARGEST_ON_THE_WIRE = (2.0 - 2.0**-23) * 2.0**127
 """MAVLink's numbers have four bytes: a larger one becomes infinite in them."""
 
@@ -112,6 +113,8 @@ class VehicleState:
         waiting_for: What keeps it from being ready to arm, in words; empty: ready.
         failsafe: Whether the vehicle acts on a failsafe of its own.
         home_enu_m: Where it would return to; None: not told yet.
+        tilt_enu_mps2: The acceleration east and north that its tilt makes while its rotors carry its weight, metres
+            per second squared; None: not told.
         position_age_s: How old the position is, where positions fail to come.
         battery_age_s: How old the charge is, or that of the battery that was not told of for longest.
     """
@@ -128,6 +131,7 @@ class VehicleState:
     waiting_for: tuple[str, ...]
     failsafe: bool
     home_enu_m: Vector | None
+    tilt_enu_mps2: tuple[float, float] | None = None
     position_age_s: float = 0.0
     battery_age_s: float = 0.0
 

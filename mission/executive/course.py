@@ -147,12 +147,18 @@ class CoursePoint:
     motion: Motion
     yaw_rad: float
 
-    def setpoint(self) -> Setpoint:
-        """What is streamed."""
+    def setpoint(self, drag_per_s: float = 0.0) -> Setpoint:
+        """What is streamed.
+
+        Args:
+            drag_per_s: Deceleration per speed through the air, which the vehicle is to lean against; rotors have it in
+                their plane, and carry the weight across it.
+        """
+        against_drag_mps2 = drag_per_s * np.array([1.0, 1.0, 0.0]) * self.motion.velocity_mps
         return Setpoint(
             vector(self.motion.position_m),
             vector(self.motion.velocity_mps),
-            vector(self.motion.acceleration_mps2),
+            vector(self.motion.acceleration_mps2 + against_drag_mps2),
             self.yaw_rad,
         )
 

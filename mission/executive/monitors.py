@@ -251,8 +251,8 @@ class Monitors:
         To be behind on a proven path is no danger; to stray from it is one where it leads past something. A vehicle
         is slowed as soon as it has shown that it strays and such a place is in sight, not when it strays there: its
         setpoints take some 2 s to slow down, and what drag and lag have wound up takes another 5 to 10 s to go.
-        What it has shown is seldom the worst, which comes in the sharpest turn. The distance
-        is taken to grow in proportion to the pace.
+        What it has shown is seldom the worst, which comes in the sharpest turn, and there may be no time to slow it
+        down twice: the worst is what the pace is for. The distance is taken to grow in proportion to the pace.
 
         Args:
             strays_m: How far it has shown to stray at its present pace.
@@ -264,5 +264,6 @@ class Monitors:
             return 1.0
         ahead_s = point.curve_s + np.arange(-_BEHIND_S, _AHEAD_S * point.rate, _AHEAD_STEP_S)
         ahead_m = course.positions_at(np.minimum(ahead_s, course.end_s))
-        left_m = float(self.clearance_m(ahead_m).min()) - _WORSE * strays_m
-        return kept_m / strays_m if left_m < self.track_margin_m - kept_m else 1.0
+        worst_m = _WORSE * strays_m
+        near = float(self.clearance_m(ahead_m).min()) - worst_m < self.track_margin_m - kept_m
+        return kept_m / worst_m if near else 1.0

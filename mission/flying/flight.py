@@ -32,7 +32,7 @@ from mission.flying.flight_folder import MISSION_NAME, draw_outputs, read_flight
 from mission.flying.flight_log import read_flight_log
 from mission.flying.flight_loop import FlightLoop
 from mission.flying.flight_progress import Watcher
-from mission.flying.flight_rules import assignment_of, energy_of, monitors_of
+from mission.flying.flight_rules import assignment_of, energy_of, leaned_against_per_s, monitors_of
 from mission.flying.folder_claim import claimed
 from mission.flying.ground import Ground
 from mission.flying.intake import Intake
@@ -177,7 +177,7 @@ def _flown(planned: Planned, settings: FlightSettings, watcher: Watcher) -> Flow
     clock = FlightClock(time.monotonic(), rate)
     belief = Belief(problem, settings.flown_m, settings.flown_yaw_rad)
     assignment = assignment_of(planned, settings.method, settings.resumed, only_home=settings.only_home)
-    energy = energy_of(mission, problem)
+    energy, leaned = energy_of(mission, problem), leaned_against_per_s(mission.vehicle)
     executive = Executive(
         assignment,
         monitors_of(mission, belief, energy),
@@ -195,6 +195,7 @@ def _flown(planned: Planned, settings: FlightSettings, watcher: Watcher) -> Flow
                 link.open_stream,
                 link.close_stream,
                 recorder.setpoint,
+                leaned or 0.0,
             )
             cycle = None
             if replanner is not None:
@@ -235,6 +236,7 @@ def _flown(planned: Planned, settings: FlightSettings, watcher: Watcher) -> Flow
         "link": settings.link,
         "mode": settings.method.value,
         **summarize(read_flight_log(settings.folder), belief.problem, planned.options, mission.vehicle.max_speed_mps),
+        "drag_leaned_against_per_s": leaned if settings.method is FlightMethod.OFFBOARD else None,
         "offboard_lost": executive.offboard_lost,
         "setpoint_gap_p999_s": float(np.quantile(gaps_s, 0.999)) if len(gaps_s) else None,
         "setpoint_gap_max_s": float(gaps_s.max()) if len(gaps_s) else None,

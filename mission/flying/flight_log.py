@@ -12,12 +12,13 @@ from typing import Any
 import numpy as np
 from jaxtyping import Bool, Float
 
-from mission.executive.phases import Phase
+from mission.executive.phases import ON_COURSE, Phase
 from mission.findings import Finding, InputError
 from mission.flying.recorder import FORMAT, LOG_NAME, VERSION
 from planner.trajectory import Trajectory
 
 EXPLORING = (Phase.FOLLOWING.value, Phase.AUTO_MISSION.value)
+_ON_COURSE = tuple(phase.value for phase in ON_COURSE)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -31,6 +32,7 @@ class FlightLog:
         velocity_mps: Shape (time, 3).
         yaw_rad: Heading, counter-clockwise from east, shape (time,).
         target_m: Where the course was, shape (time, 3); NaN where there was none.
+        tilt_mps2: What the tilt accelerates east and north, shape (time, 2); NaN where it was not told.
         battery_fraction: Shape (time,); NaN where it was not told.
         phase: What the flight was doing, by sample.
         armed: Shape (time,).
@@ -48,6 +50,7 @@ class FlightLog:
     velocity_mps: Float[np.ndarray, "time 3"]
     yaw_rad: Float[np.ndarray, "time"]
     target_m: Float[np.ndarray, "time 3"]
+    tilt_mps2: Float[np.ndarray, "time 2"]
     battery_fraction: Float[np.ndarray, "time"]
     phase: tuple[str, ...]
     armed: Bool[np.ndarray, "time"]
@@ -61,6 +64,10 @@ class FlightLog:
     def exploring(self) -> Bool[np.ndarray, "time"]:
         """Which samples of telemetry belong to the exploration."""
         return np.array([phase in EXPLORING for phase in self.phase], dtype=bool)
+
+    def on_course(self) -> Bool[np.ndarray, "time"]:
+        """Which samples of telemetry are of a vehicle that follows setpoints along a course."""
+        return np.array([phase in _ON_COURSE for phase in self.phase], dtype=bool)
 
     def of_kind(self, kind: str) -> list[dict[str, Any]]:
         """The events of one kind, in order."""
@@ -111,7 +118,8 @@ def _record(line: bytes) -> dict[str, Any] | None:
     try:
         record = json.loads(line.decode("utf-8"))
         for name, sound in {"kind": _text, "t": _number, **_FIELDS.get(record["kind"], {})}.items():
-            if not sound(record[name]):
+            # Logs of earlier versions have not all of them.
+            if not sound(record.setdefault(name, None)):
                 return None
     except (ValueError, KeyError, TypeError, AttributeError, RecursionError):
         return None
@@ -147,6 +155,10 @@ def _place_or_none(value: object) -> bool:
     return value is None or _place(value)
 
 
+def _two_or_none(value: object) -> bool:
+    return value is None or (isinstance(value, list) and len(value) == 2 and all(map(_number, value)))
+
+
 _BEGINS = b'{"kind":"'
 # No two lines of one flight are that far apart backwards: there a flight was resumed whose header is damaged.
 _BACKWARDS_S = 10.0
@@ -157,6 +169,7 @@ _FIELDS: dict[str, dict[str, Callable[[object], bool]]] = {
         "v": _place,
         "yaw": _number,
         "target": _place_or_none,
+        "tilt": _two_or_none,
         "battery": _number_or_none,
         "phase": _text,
         "armed": _truth,
@@ -202,6 +215,7 @@ def _assembled(folder: Path, records: list[dict[str, Any]], skipped: list[str]) 
         velocity_mps=np.array([row["v"] for row in telemetry]).reshape(-1, 3),
         yaw_rad=np.array([row["yaw"] for row in telemetry], dtype=float),
         target_m=np.array([row["target"] or [np.nan] * 3 for row in telemetry]).reshape(-1, 3),
+        tilt_mps2=np.array([row["tilt"] or [np.nan] * 2 for row in telemetry]).reshape(-1, 2),
         battery_fraction=np.array(
             [np.nan if row["battery"] is None else row["battery"] for row in telemetry], dtype=float
         ),

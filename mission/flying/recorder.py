@@ -112,6 +112,7 @@ class Recorder:
             mode=state.mode_name,
             armed=state.armed,
             landed=state.landed.name,
+            tilt=None if state.tilt_enu_mps2 is None else _rounded(state.tilt_enu_mps2),
             battery=state.battery_fraction,
             failsafe=state.failsafe,
             target=None if target_m is None else _rounded(target_m),
@@ -175,5 +176,5 @@ def _number(path: Path) -> int:
     return int(digits) if digits.isdecimal() else -1
 
 
-def _rounded(vector: Vector) -> list[float]:
+def _rounded(vector: tuple[float, ...]) -> list[float]:
     return [round(value, 4) for value in vector]

@@ -38,6 +38,7 @@ class Streamer:
         start: Lets setpoints out.
         stop: Lets no setpoint out any more, whoever is sending one.
         record: Told of each one sent: flight clock, point of the course, setpoint.
+        drag_per_s: What setpoints lean against, 1/s.
     """
 
     def __init__(
@@ -48,6 +49,7 @@ class Streamer:
         start: Callable[[], None],
         stop: Callable[[], None],
         record: Record,
+        drag_per_s: float = 0.0,
     ) -> None:
         self._clock = clock
         self._period_s = 1.0 / rate_hz
@@ -55,6 +57,7 @@ class Streamer:
         self._start = start
         self._stop = stop
         self._record = record
+        self._drag_per_s = drag_per_s
         self._lock = threading.Lock()
         self._course: Course | None = None
         self._renewed_s = time.monotonic()
@@ -145,7 +148,7 @@ class Streamer:
             return False
         self._sent_s = now_s
         point = course.at(now_s)
-        setpoint = point.setpoint()
+        setpoint = point.setpoint(self._drag_per_s)
         self._send(setpoint)
         with self._lock:
             if self._course is not None:

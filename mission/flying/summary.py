@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from mission.flying.air import air_summary
 from mission.flying.belief import covered_by
 from mission.flying.flight_log import FlightLog
 from planner.problem import Metric, Options, Problem
@@ -17,7 +18,6 @@ SPEED_ALLOWANCE = 1.02
 POSITION_ALLOWANCE_M = 0.25
 # That metric takes the square of their number.
 MOST_KERNEL_SAMPLES = 1500
-_ON_COURSE = ("flying to the start", "exploring", "returning")
 
 
 def summarize(log: FlightLog, problem: Problem, options: Options, fastest_mps: float) -> dict[str, Any]:
@@ -34,7 +34,7 @@ def summarize(log: FlightLog, problem: Problem, options: Options, fastest_mps: f
     """
     flying = np.array([bool(armed) for armed in log.armed], dtype=bool)
     position, speed = log.position_m, np.linalg.norm(log.velocity_mps, axis=1)
-    error = np.linalg.norm(position - log.target_m, axis=1)[_on_course(log)]
+    error = np.linalg.norm(position - log.target_m, axis=1)[log.on_course()]
     error = error[np.isfinite(error)]
     clearance = clearance_m(log, problem)[flying]
     # Of a flight that was resumed neither the time on the ground between counts, nor where it was carried meanwhile.
@@ -55,6 +55,7 @@ def summarize(log: FlightLog, problem: Problem, options: Options, fastest_mps: f
         "max_speed_mps": float(speed.max()) if len(speed) else 0.0,
         "tracking_error_mean_m": float(error.mean()) if len(error) else None,
         "tracking_error_max_m": float(error.max()) if len(error) else None,
+        "air": air_summary(log),
         "ergodic_metric": _flown_metric(log, problem, options),
         "probability_found": _probability_found(log, problem),
         "battery_used": float(battery.max() - battery.min()) if len(battery) else None,
@@ -113,10 +114,6 @@ def _in_air(log: FlightLog) -> np.ndarray:
     return np.array(
         [phase not in ("arming", "disarming", "landed", "checking the vehicle") for phase in log.phase], dtype=bool
     )
-
-
-def _on_course(log: FlightLog) -> np.ndarray:
-    return np.array([phase in _ON_COURSE for phase in log.phase], dtype=bool)
 
 
 def _explored_s(log: FlightLog) -> float:

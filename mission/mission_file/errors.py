@@ -23,6 +23,7 @@ UNITS = (
     ("_degps", "degrees per second"),
     ("_mps2", "m/s²"),
     ("_mps", "m/s"),
+    ("_per_s", "1/s"),
     ("_deg", "degrees"),
     ("_hz", "Hz"),
     ("_m", "metres"),

@@ -150,6 +150,7 @@ def _report(flown: Flown) -> None:
 
 def rows_of(summary: dict[str, Any]) -> list[tuple[str, str]]:
     """A flight's summary as labels and values for a person."""
+    from mission.flying.air import drag_words, wind_words
 
     def number(key: str, unit: str, digits: int, scale: float = 1.0) -> str:
         value = summary.get(key)
@@ -167,6 +168,8 @@ def rows_of(summary: dict[str, Any]) -> list[tuple[str, str]]:
         ("from the course", error),
         ("ergodic metric flown", number("ergodic_metric", "", 5)),
         *([("probability of having found it", number("probability_found", "", 3))] if searched else []),
+        ("drag", drag_words(summary)),
+        ("wind", wind_words(summary)),
         ("battery used", number("battery_used", "%", 0, 100.0)),
         (
             "replans",

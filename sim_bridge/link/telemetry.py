@@ -13,6 +13,7 @@ from sim_bridge.frames import VehicleFrame, enu_from_ned, yaw_ned_from_enu
 from sim_bridge.link.charge import Charge
 from sim_bridge.link.status_texts import StatusTexts
 from sim_bridge.state import (
+    GRAVITY_MPS2,
     FlightMode,
     GeodeticPoint,
     LandedState,
@@ -31,6 +32,8 @@ _STALE_S = 0.5
 # Positions that go on without heartbeats; what a lost link took of both does not count.
 _NO_HEARTBEAT_S = 4.0
 _LONGEST_STEP_S = 1.0
+# Cosine of the tilt: beyond 80° nothing flies steadily.
+_LEAST_UPRIGHT = 0.17
 # Heartbeats come once a second.
 _BEATS_WITHOUT_POSITION = 5
 _CLOCKS = (
@@ -71,6 +74,7 @@ class Telemetry:
         self._beats = 0
         self._unbeaten_s = 0.0
         self._yaw_enu_rad: float | None = None
+        self._tilt_enu_mps2: tuple[float, float] | None = None
         self._home_m: Vector | None = None
         self._landed = LandedState.UNKNOWN
         self._charge = Charge()
@@ -96,6 +100,7 @@ class Telemetry:
             case mavlink.MAVLink_attitude_message():
                 if math.isfinite(message.yaw):
                     self._yaw_enu_rad = yaw_ned_from_enu(message.yaw)
+                self._tilt_enu_mps2 = _tilt(message)
             case mavlink.MAVLink_sys_status_message():
                 self._status = message
                 self._charge.status(message, self.time_s)
@@ -234,9 +239,24 @@ class Telemetry:
             waiting_for=self.waiting_for(),
             failsafe=heartbeat.system_status in _FAILSAFE_STATUS,
             home_enu_m=self._home_m,
+            tilt_enu_mps2=self._tilt_enu_mps2,
             position_age_s=self.time_s - time_s,
             battery_age_s=self._charge.age_s(self.time_s),
         )
+
+
+def _tilt(message: mavlink.MAVLink_attitude_message) -> tuple[float, float] | None:
+    """What rotors that carry the weight push east and north; None where they cannot carry it."""
+    roll, pitch, yaw = message.roll, message.pitch, message.yaw
+    if not all(map(math.isfinite, (roll, pitch, yaw))):
+        return None
+    upright = math.cos(roll) * math.cos(pitch)
+    if upright < _LEAST_UPRIGHT:
+        return None
+    forward, right = -math.cos(roll) * math.sin(pitch), math.sin(roll)
+    north = forward * math.cos(yaw) - right * math.sin(yaw)
+    east = forward * math.sin(yaw) + right * math.cos(yaw)
+    return GRAVITY_MPS2 * east / upright, GRAVITY_MPS2 * north / upright
 
 
 def _geodetic(latitude_e7: int, longitude_e7: int, altitude_mm: int) -> GeodeticPoint:

@@ -12,9 +12,8 @@ import dataclasses
 import math
 import random
 
-from sim_bridge.state import Vector
+from sim_bridge.state import GRAVITY_MPS2, Vector
 
-GRAVITY_MPS2 = 9.80665
 STILL: Vector = (0.0, 0.0, 0.0)
 # Share of power that hovering needs, and what speed and climbing add to it.
 _HOVER_POWER, _SPEED_POWER, _CLIMB_POWER = 0.95, 0.0005, 0.1

@@ -7,9 +7,9 @@ import math
 from collections.abc import Mapping
 
 from sim_bridge.codec import Message, mavlink
-from sim_bridge.state import Vector
+from sim_bridge.state import GRAVITY_MPS2, Vector
 from sim_bridge.vehicle.body import Body
-from sim_bridge.vehicle.kinematics import GRAVITY_MPS2, STILL, Target
+from sim_bridge.vehicle.kinematics import STILL, Target
 
 CELLS = 4
 FULL_CELL_V = 4.2
@@ -121,7 +121,8 @@ def _attitude(body: Body, standing: Standing) -> Message:
     yaw = body.rotor.yaw_rad
     forward = ax * math.cos(yaw) + ay * math.sin(yaw)
     right = -ax * math.sin(yaw) + ay * math.cos(yaw)
-    roll, pitch = math.atan2(right, GRAVITY_MPS2), -math.atan2(forward, GRAVITY_MPS2)
+    pitch = -math.atan2(forward, GRAVITY_MPS2)
+    roll = math.atan2(right * math.cos(pitch), GRAVITY_MPS2)
     return mavlink.MAVLink_attitude_message(_ms(standing), roll, pitch, yaw, 0.0, 0.0, 0.0)
 
 

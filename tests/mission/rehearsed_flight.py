@@ -173,6 +173,7 @@ class Flight:
             cruise_height_m=10.0,
         )
         self.known = KNOWN
+        self.leaned_against_per_s = 0.0
         self.executive = Executive(assignment, monitors, lambda: self.known)
         self.now_s = 0.0
         self.course = None
@@ -227,7 +228,7 @@ class Flight:
         self.now_s += STEP_S
         setpoint = None
         if self.course is not None:
-            setpoint = self.course.at(self.now_s).setpoint()
+            setpoint = self.course.at(self.now_s).setpoint(self.leaned_against_per_s)
             self.setpoints.append((self.now_s, setpoint))
         self.vehicle.step(setpoint, self.now_s)
         self.vehicle.position = self.vehicle.position + self.push

@@ -117,6 +117,17 @@ def test_a_curve_that_did_not_pass_the_gate_is_not_flown():
         flown.continued(flown.trajectory.from_knot(10), 100.5)
 
 
+def test_a_setpoint_leans_against_drag_by_its_speed_and_never_up_or_down():
+    flown = course()
+    for now in np.arange(100.5, 108.0, 0.5):
+        point = flown.at(now)
+        without, with_drag = point.setpoint(), point.setpoint(drag_per_s=0.5)
+        more = np.subtract(with_drag.acceleration_enu_mps2, without.acceleration_enu_mps2)
+        assert more == pytest.approx([*(0.5 * np.array(without.velocity_enu_mps[:2])), 0.0])
+        assert with_drag.position_enu_m == without.position_enu_m
+        assert with_drag.velocity_enu_mps == without.velocity_enu_mps
+
+
 def test_standing_is_standing():
     flown = Course.standing((1.0, 2.0, 3.0), 5.0, 0.4)
     for now in (5.0, 50.0):

@@ -50,6 +50,17 @@ def test_what_was_written_is_read_back(tmp_path):
     assert np.array_equal(course.control_points_m, CURVE.control_points_m)
 
 
+def test_tilt_is_read_back_and_a_log_of_before_it_was_told_is_read_without(tmp_path):
+    write(tmp_path).close()
+    path = tmp_path / LOG_NAME
+    path.write_text(path.read_text().replace('"tilt":null', '"tilt":[0.5,-0.25]', 1).replace('"tilt":null,', "", 1))
+    log = read_flight_log(tmp_path)
+    assert log.skipped == ()
+    assert log.tilt_mps2[0].tolist() == [0.5, -0.25]
+    assert len(log.tilt_mps2) == 100
+    assert np.isnan(log.tilt_mps2[1:]).all()
+
+
 def test_lines_reach_the_system_without_anybody_closing_the_log(tmp_path):
     recorder = write(tmp_path)
     until = time.monotonic() + 20.0

@@ -83,6 +83,7 @@ def interrupted(at_s: float, max_length_m: float) -> FlightFolder:
         velocity_mps=flown.velocity_mps,
         yaw_rad=np.zeros(count),
         target_m=flown.position_m,
+        tilt_mps2=np.full((count, 2), np.nan),
         battery_fraction=np.full(count, np.nan),
         phase=(Phase.FOLLOWING.value,) * count,
         armed=np.ones(count, dtype=bool),

@@ -79,6 +79,22 @@ def test_setpoints_follow_the_course_and_each_is_recorded(stream):
         assert now_s > 0.0
 
 
+def test_setpoints_lean_against_the_drag_they_are_given():
+    wire, clock = Wire(), FlightClock(time.monotonic())
+    recorded = []
+    streamer = Streamer(
+        clock, 50.0, wire.send, wire.start, wire.stop, lambda *what: recorded.append(what), drag_per_s=0.5
+    )
+    try:
+        streamer.follow(course(clock))
+        wire.wait_for(5)
+    finally:
+        streamer.close()
+    _, point, setpoint = recorded[-1]
+    assert point.setpoint().velocity_enu_mps[0] > 0.1
+    assert setpoint == point.setpoint(0.5) != point.setpoint()
+
+
 def test_after_none_not_one_setpoint_more_is_sent(stream):
     wire, streamer, clock, _ = stream
     streamer.follow(course(clock))

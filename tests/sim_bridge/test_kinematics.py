@@ -5,8 +5,9 @@ import math
 
 import pytest
 
+from sim_bridge.state import GRAVITY_MPS2
 from sim_bridge.vehicle.airframes import AirframeKind, airframe
-from sim_bridge.vehicle.kinematics import GRAVITY_MPS2, Airframe, Multirotor, Target, Wind
+from sim_bridge.vehicle.kinematics import Airframe, Multirotor, Target, Wind
 
 DT_S = 0.01
 HOLD = Target(position_ned_m=(0.0, 0.0, -20.0), yaw_rad=0.0)

@@ -1,5 +1,6 @@
 """The parts of the link that need no vehicle: addresses, the guard, telemetry."""
 
+import math
 import os
 import random
 
@@ -14,7 +15,16 @@ from sim_bridge.link.address import Serial, Tcp, UdpListen, UdpSend, parse_addre
 from sim_bridge.link.guard import Guard
 from sim_bridge.link.telemetry import READY_BIT, Telemetry
 from sim_bridge.signing import read_key
-from sim_bridge.state import FlightMode, GeodeticPoint, LandedState, MissionProgress, StatusText, VehicleState, Waiting
+from sim_bridge.state import (
+    GRAVITY_MPS2,
+    FlightMode,
+    GeodeticPoint,
+    LandedState,
+    MissionProgress,
+    StatusText,
+    VehicleState,
+    Waiting,
+)
 
 ORIGIN = GeodeticPoint(47.3977, 8.5456, 488.0)
 KEY = bytes(range(32))
@@ -316,6 +326,38 @@ def test_without_positions_the_heartbeat_still_tells_the_mode():
     assert isinstance(state, VehicleState)
     assert state.mode is FlightMode.LAND
     assert state.position_age_s == pytest.approx(4.0)
+
+
+@pytest.mark.parametrize(
+    ("roll_deg", "pitch_deg", "yaw_deg", "east", "north"),
+    [
+        # Nose down and to the right, seen from a vehicle that looks north, east and south-west.
+        (0.0, -45.0, 0.0, 0.0, 1.0),
+        (45.0, 0.0, 0.0, 1.0, 0.0),
+        (0.0, -45.0, 90.0, 1.0, 0.0),
+        (45.0, 0.0, 90.0, 0.0, -1.0),
+        (0.0, -45.0, 225.0, -math.sqrt(0.5), -math.sqrt(0.5)),
+        (45.0, -45.0, 0.0, math.sqrt(2.0), 1.0),
+    ],
+)
+def test_the_tilt_is_told_as_what_it_accelerates(roll_deg, pitch_deg, yaw_deg, east, north):
+    telemetry = Telemetry(VehicleFrame(ORIGIN))
+    complete(telemetry)
+    roll, pitch, yaw = map(math.radians, (roll_deg, pitch_deg, yaw_deg))
+    telemetry.receive(mavlink.MAVLink_attitude_message(1000, roll, pitch, yaw, 0.0, 0.0, 0.0))
+    (state,) = telemetry.receive(position(1200))
+    assert isinstance(state, VehicleState)
+    assert state.tilt_enu_mps2 == pytest.approx((GRAVITY_MPS2 * east, GRAVITY_MPS2 * north))
+
+
+@pytest.mark.parametrize("roll", [math.nan, math.radians(85.0), math.radians(180.0)])
+def test_what_does_not_carry_the_weight_is_no_tilt(roll):
+    telemetry = Telemetry(VehicleFrame(ORIGIN))
+    complete(telemetry)
+    telemetry.receive(mavlink.MAVLink_attitude_message(1000, roll, 0.0, 0.5, 0.0, 0.0, 0.0))
+    (state,) = telemetry.receive(position(1200))
+    assert isinstance(state, VehicleState)
+    assert state.tilt_enu_mps2 is None
 
 
 def test_a_failsafe_is_the_heartbeats_status():
