@@ -40,6 +40,7 @@ class CourseKeeper:
         rejoin_s: Curve time at which the exploration is taken up.
         explored: Whether it was flown to its end.
         rate: Curve seconds a second that are flown: less than one for a vehicle that does not keep to its course.
+        least_rate: The least that were flown: what time and charge are reckoned with.
     """
 
     def __init__(self, assignment: Assignment, from_s: float | None) -> None:
@@ -49,17 +50,34 @@ class CourseKeeper:
         self.way: ProvenTrajectory | None = None
         self.rejoin_s = assignment.exploration.start_s if from_s is None else from_s
         self.explored = assignment.only_home
-        self.rate = 1.0
+        self.rate = self.least_rate = 1.0
+        self._rate_in_the_open = 1.0
 
     def keep_to(self, limits: Limits) -> None:
         """Brake and speed up no harder than a vehicle can that is weaker than thought."""
         weaker_mps2 = min(self._assignment.max_acceleration_mps2, limits.max_acceleration_mps2)
         self._assignment = dataclasses.replace(self._assignment, max_acceleration_mps2=weaker_mps2)
 
-    def slow_down(self, share: float) -> bool:
-        """Fly on more slowly, at this share of the pace or less; false: it is as slow as it gets."""
-        before, self.rate = self.rate, max(_SLOWEST, min(_SLOWER, share) * self.rate)
+    @property
+    def slowed_here(self) -> bool:
+        """Whether it is flown more slowly only for what is near."""
+        return self.rate < self._rate_in_the_open
+
+    def slow_down(self, share: float | None) -> bool:
+        """Fly on more slowly; false: it is as slow as it gets.
+
+        Args:
+            share: Of the pace, or less, until `speed_up`; None: somewhat more slowly, for good.
+        """
+        before, self.rate = self.rate, max(_SLOWEST, min(_SLOWER, share or _SLOWER) * self.rate)
+        if share is None:
+            self._rate_in_the_open = max(_SLOWEST, _SLOWER * self._rate_in_the_open)
+        self.least_rate = min(self.least_rate, self.rate)
         return self.rate < before
+
+    def speed_up(self) -> None:
+        """Fly on as fast as in the open."""
+        self.rate = self._rate_in_the_open
 
     def stand(self, state: VehicleState, now_s: float) -> None:
         """Stand where the vehicle is."""

@@ -242,7 +242,9 @@ class Executive:
         self._ways.watch(now_s)
         self._watch_course(now_s)
         keeper = self._keeper
-        limit = limit_s(self.phase, self.assignment, keeper.exploration, keeper.course, self._patience, keeper.rate)
+        limit = limit_s(
+            self.phase, self.assignment, keeper.exploration, keeper.course, self._patience, keeper.least_rate
+        )
         if self._machine.stay.lasted_s(now_s) > limit:
             self._fire(Trigger.TIMED_OUT, now_s)
         if (order := self._order.due(self._machine.stay, self._vehicle, now_s)) is not None:

@@ -8,11 +8,11 @@ from mission.executive.events import Assignment, FlightMethod
 from mission.executive.known_vehicle import KnownVehicle
 from mission.executive.link_watch import LINK_LOST_S, NOTICED_S, LinkWatch
 from mission.executive.monitors import STALE_CHARGE_S, Alarm, Monitors, ProvenHome
+from mission.executive.pacing import Pacing
 from mission.executive.phase_machine import PhaseMachine
 from mission.executive.phases import AIRBORNE, HOMEWARD, ON_COURSE, STREAMING, Phase, Trigger, order_of
 from mission.executive.standing_order import STREAM_FIRST_S, StandingOrder
 from mission.executive.stay import MODE_GRACE_S
-from mission.executive.straying import Straying
 from sim_bridge.state import FlightMode, VehicleState
 
 _ALARM_INTERVAL_S = 0.1
@@ -20,8 +20,6 @@ _TELLS_WITHIN_S = 10.0
 _DOUBTED = 0.1
 """A charge that is told by so much higher than the endurance allows is said to be doubted."""
 _BEHIND_SHARE = 0.2
-# How far a vehicle strays that is asked for less shows only after a while.
-_SETTLES_S = 5.0
 _ALARM_TRIGGER = {
     Alarm.OUTSIDE: Trigger.OUTSIDE,
     Alarm.BATTERY_LOW: Trigger.BATTERY_LOW,
@@ -75,8 +73,7 @@ class Hearing:
         self._alarmed_s = now_s
         self._charge_told = False
         self._charge_doubted = False
-        self._straying = Straying()
-        self._strays_at_rate = keeper.rate
+        self._pacing = Pacing(keeper, machine)
         self._waiting_for: tuple[str, ...] = ()
 
     @property
@@ -205,12 +202,13 @@ class Hearing:
         vehicle, interruption = self._vehicle, self._machine.interruption
         point = self._keeper.course.at(now_s) if self._keeper.course is not None and self._phase in STREAMING else None
         alarms = self.monitors.alarms(
-            state, vehicle.home_m, vehicle.consumption, point, self._keeper.rate, self.proven_home
+            state, vehicle.home_m, vehicle.consumption, point, self._keeper.least_rate, self.proven_home
         )
         for alarm in alarms:
             if self._fire(_ALARM_TRIGGER[alarm], now_s):
                 return
-        self._keep_close(state, now_s)
+        if self._phase in ON_COURSE and self._machine.stay.settled(now_s):
+            self._pacing.hear(state, self.monitors, now_s)
         self._doubt_charge(state)
         if Alarm.BATTERY_LOW in alarms and not self._charge_told:
             self._charge_told = True
@@ -234,19 +232,3 @@ class Hearing:
         else:
             return
         self._charge_doubted = True
-
-    def _keep_close(self, state: VehicleState, now_s: float) -> None:
-        """Ask less of a vehicle that strays, before its course leads past anything."""
-        if self._keeper.rate != self._strays_at_rate:
-            self._strays_at_rate = self._keeper.rate
-            self._straying.begin(now_s + _SETTLES_S)
-        course = self._keeper.course
-        settled = self._phase in ON_COURSE and self._machine.stay.settled(now_s)
-        # Behind the end of a way there is no path any more that a vehicle could overshoot along.
-        if course is None or not settled or course.stands(now_s):
-            return
-        strays_m = self._straying.observe(self.monitors.beside_m(state, course, now_s), now_s)
-        share = self.monitors.manageable_share(strays_m, course, now_s)
-        if share < 1.0 and self._machine.slow_down(now_s, share):
-            self._keeper.resume(now_s)
-            self._machine.stream()

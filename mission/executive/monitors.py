@@ -30,6 +30,8 @@ _WORSE = 1.5
 # The path is looked for that far back, as setpoints are ahead of a vehicle with drag, and a little ahead, as they brake
 # harder than it does; it is looked along that far on.
 _BEHIND_S, _BEFORE_S, _AHEAD_S, _AHEAD_STEP_S = 3.0, 1.0, 20.0, 0.1
+# To speed up and to slow down again in time is not worth while for less.
+_WORTH_WHILE_S = 35.0
 _LEAST_DROP = 0.03
 
 STALE_CHARGE_S = 20.0
@@ -246,7 +248,7 @@ class Monitors:
         return course.nearest(np.asarray(state.position_enu_m), here_s - _BEHIND_S, here_s + _BEFORE_S)[1]
 
     def manageable_share(self, strays_m: float, course: Course, now_s: float) -> float:
-        """What share of its pace a vehicle can be asked for that strays from its path; one: all of it.
+        """What share of its pace a vehicle manages that strays from its path, past what comes next; one: all of it.
 
         To be behind on a proven path is no danger; to stray from it is one where it leads past something. A vehicle
         is slowed as soon as it has shown that it strays and such a place is in sight, not when it strays there: its
@@ -259,11 +261,25 @@ class Monitors:
             course: What it follows.
             now_s: Flight clock.
         """
-        kept_m, point = _KEPT_SHARE * self.track_margin_m, course.at(now_s)
+        kept_m = _KEPT_SHARE * self.track_margin_m
         if strays_m <= kept_m:
             return 1.0
-        ahead_s = point.curve_s + np.arange(-_BEHIND_S, _AHEAD_S * point.rate, _AHEAD_STEP_S)
-        ahead_m = course.positions_at(np.minimum(ahead_s, course.end_s))
-        worst_m = _WORSE * strays_m
-        near = float(self.clearance_m(ahead_m).min()) - worst_m < self.track_margin_m - kept_m
-        return kept_m / worst_m if near else 1.0
+        point = course.at(now_s)
+        near = not self._is_clear(_WORSE * strays_m, course, point.curve_s, _AHEAD_S * point.rate)
+        return kept_m / (_WORSE * strays_m) if near else 1.0
+
+    def passes_nothing(self, strays_m: float, course: Course, now_s: float) -> bool:
+        """Whether a vehicle comes near to nothing for so long that it is worth while to fly at full pace.
+
+        Args:
+            strays_m: How far it has shown to stray at that pace.
+            course: What it follows.
+            now_s: Flight clock.
+        """
+        return self._is_clear(_WORSE * strays_m, course, course.at(now_s).curve_s, _WORTH_WHILE_S)
+
+    def _is_clear(self, strays_m: float, course: Course, curve_s: float, ahead_s: float) -> bool:
+        """Whether a vehicle that strays so far keeps what it should of the margin, over so much of the curve."""
+        moments = np.arange(curve_s - _BEHIND_S, curve_s + ahead_s, _AHEAD_STEP_S)
+        places = course.positions_at(np.minimum(moments, course.end_s))
+        return float(self.clearance_m(places).min()) - strays_m >= (1.0 - _KEPT_SHARE) * self.track_margin_m

@@ -156,19 +156,24 @@ class PhaseMachine:
             return Trigger.PILOT if trigger in (Trigger.NO_WAY, Trigger.TIMED_OUT) else trigger
         return trigger
 
-    def slow_down(self, now_s: float, share: float = 1.0) -> bool:
-        """From now on ask less of a vehicle that does not keep to its course; false: it is asked for little already.
+    def slow_down(self, now_s: float, share: float | None = None) -> bool:
+        """Ask less of a vehicle that does not keep to its course; false: it is asked for little already.
 
         One that was taken over in motion needs a moment to come to its course: that is no reason.
 
         Args:
             now_s: Flight clock.
-            share: Of its pace that it is thought to manage.
+            share: Of its pace that it is thought to manage past what is near; None: it is slowed down for good.
         """
         if slower := self.stay.settled(now_s) and self._keeper.slow_down(share):
-            share = self._keeper.rate
-            self.say(f"it does not keep to the course: from here on at {share:.0%} of the pace", warning=True)
+            where = "past what is near" if self._keeper.slowed_here else "from here on"
+            self.say(f"it does not keep to the course: {where} at {self._keeper.rate:.0%} of the pace", warning=True)
         return slower
+
+    def speed_up(self) -> None:
+        """Ask again for all that a vehicle was not slowed down from for good."""
+        self._keeper.speed_up()
+        self.say(f"nothing is near for a while: at {self._keeper.rate:.0%} of the pace again")
 
     def act(self, action: Action) -> None:
         """Have something done."""

@@ -71,7 +71,7 @@ def limit_s(
         exploration: The curve it explores on.
         course: What it follows; None: nothing.
         patience: Flight seconds a host second, for what takes the host's time.
-        rate: Curve seconds a second that are flown.
+        rate: Curve seconds a second that are flown, at least.
     """
     match phase:
         case Phase.TAKING_OFF:

@@ -100,7 +100,13 @@ def test_a_slow_flight_has_more_time():
 
 @pytest.mark.parametrize(
     ("beside_m", "behind_m", "obstacle_above_m", "rate"),
-    [(0.8, 0.0, 50.0, 1.0), (0.8, 0.0, 1.2, 0.625), (0.4, 0.0, 1.2, 1.0), (0.0, 1.5, 1.2, 1.0), (0.8, 0.0, 2.0, 1.0)],
+    [
+        (0.8, 0.0, 50.0, 1.0),
+        (0.8, 0.0, 1.2, 0.5 / 1.2),
+        (0.4, 0.0, 1.2, 1.0),
+        (0.0, 1.5, 1.2, 1.0),
+        (0.8, 0.0, 2.0, 1.0),
+    ],
     ids=["nothing is near", "something is near", "kept well enough", "only behind", "not near enough"],
 )
 def test_a_vehicle_beside_its_path_is_slowed_down_before_it_comes_near_to_something(
