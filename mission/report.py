@@ -15,6 +15,7 @@ from typing import Any
 from mission.flying.air import drag_words, wind_words
 from mission.flying.chatter import Chatter
 from mission.flying.flight_log import FlightLog
+from mission.flying.summary import clearance_words
 from mission.pictures.style import distance, duration
 from mission.view import words_of
 
@@ -107,7 +108,7 @@ def _cards(summary: dict[str, Any]) -> str:
     cards = (
         (duration(summary["flown_s"]), "in the air"),
         (distance(summary["length_m"]), "flown"),
-        (number("min_clearance_m", " m", 2), "least clearance"),
+        (number("min_clearance_m", " m", 2), clearance_words(summary)),
         (number("max_speed_mps", " m/s", 1), "greatest speed"),
         (number("tracking_error_mean_m", " m", 2), "from the course, mean"),
         (number("tracking_error_max_m", " m", 2), "from the course, at most"),

@@ -252,6 +252,11 @@ class ObstacleField(eqx.Module):
         )
 
     @property
+    def has_height_limits(self) -> bool:
+        """Whether heights above the ground are kept that are not the ground itself: their distances count as well."""
+        return len(self.surfaces) > 1
+
+    @property
     def standing(self) -> ObstacleField:
         """What stands on the ground or hangs in the air, without the ground itself and heights kept above it."""
         return dataclasses.replace(self, surfaces=())

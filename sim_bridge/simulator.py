@@ -220,6 +220,7 @@ def spawn(
     seed: int = 0,
     autopilot: Autopilot = Autopilot.PX4,
     kind: AirframeKind = AirframeKind.QUADROTOR,
+    drag_per_s: float | None = None,
     wander_m: float = 0.8,
     arguments: Sequence[str] = (),
 ) -> Spawned:
@@ -234,6 +235,7 @@ def spawn(
         seed: Of everything random.
         autopilot: Which personality.
         kind: What it is built like.
+        drag_per_s: Deceleration per speed through the air, 1/s; None: that of its kind.
         wander_m: How far its position estimate wanders from the truth.
         arguments: Further options of `sim-bridge`.
 
@@ -249,6 +251,8 @@ def spawn(
         "--endurance", str(endurance_s), "--ready-after", str(ready_after_s), "--seed", str(seed),
         "--autopilot", autopilot.name.lower(), "--airframe", kind.value, "--wander", str(wander_m), "--with-parent",
     ]  # fmt: skip
+    if drag_per_s is not None:
+        command += ["--drag", str(drag_per_s)]
     for name, value in parameters:
         command += ["--param", f"{name}={value:g}"]
     # A session of its own: Ctrl-C is for the flight, which then flies home and needs its vehicle for that.

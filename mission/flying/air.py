@@ -1,4 +1,8 @@
-"""What the air did to a vehicle in flight: its drag, and the wind, from how it had to lean."""
+"""What the air did to a vehicle in flight: its drag, and the wind, from how it had to lean.
+
+Rotors drag in their plane, in proportion to the speed through the air (M. Faessler, A. Franchi and D. Scaramuzza,
+Differential Flatness of Quadrotor Dynamics Subject to Rotor Drag, 2018).
+"""
 
 from __future__ import annotations
 

@@ -58,6 +58,8 @@ def vehicle_of(planned: Planned, address: str, speed: float, watcher: Watcher, c
                 endurance_s=mission.vehicle.endurance_s,
                 autopilot=Autopilot[mission.vehicle.autopilot.upper()],
                 kind=AirframeKind.CRAZYFLIE if small else AirframeKind.QUADROTOR,
+                # What setpoints lean against must be there.
+                drag_per_s=mission.vehicle.drag_per_s or None,
                 # Indoors a vehicle knows its place to centimetres, under GPS to the better part of a metre.
                 wander_m=0.02 if small else 0.8,
             )

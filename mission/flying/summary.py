@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -52,6 +53,7 @@ def summarize(log: FlightLog, problem: Problem, options: Options, fastest_mps: f
         "explored_s": _explored_s(log),
         "length_m": float(steps.sum()),
         "min_clearance_m": None if problem.obstacles.is_empty or not len(clearance) else float(clearance.min()),
+        "clearance_counts_height_limits": problem.obstacles.has_height_limits,
         "max_speed_mps": float(speed.max()) if len(speed) else 0.0,
         "tracking_error_mean_m": float(error.mean()) if len(error) else None,
         "tracking_error_max_m": float(error.max()) if len(error) else None,
@@ -76,6 +78,12 @@ def clearance_m(log: FlightLog, problem: Problem) -> Float[np.ndarray, "time"]:
     standing = np.asarray(problem.obstacles.standing.distance(log.position_m))
     nearest = np.asarray(problem.obstacles.distance(log.position_m))
     return np.where(log.exploring(), nearest, standing) - problem.vehicle_radius_m
+
+
+def clearance_words(summary: Mapping[str, Any]) -> str:
+    """What the least clearance of a summary is called: heights that are kept above the ground may be in it."""
+    limited = summary.get("clearance_counts_height_limits")
+    return "from obstacles and height limits, least" if limited else "least clearance"
 
 
 def violations(log: FlightLog, problem: Problem, fastest_mps: float) -> list[str]:

@@ -90,7 +90,7 @@ class Vehicle(Section):
     drag_per_s: Annotated[float, Field(ge=0.0, le=2.0)] = 0.0
     """Deceleration per speed through the air. PX4 is told to lean against it, and is then nearer to its path where that
     turns and where its speed changes; Copter has no place for it in its setpoints, and is told nothing. A flight's
-    report says what the flight showed: light quadrotors have 0.2 to 0.5, PX4's simulated one 1."""
+    report says what the flight showed; PX4's simulated quadrotor has 1. The built-in vehicle has what is given here."""
     radius_m: Annotated[float, Field(ge=0.0, le=50.0, examples=[0.4])]
     """From its middle to its outermost part."""
     endurance_s: Annotated[float, Field(ge=1.0, le=1e6, examples=[1200.0])]

@@ -33,7 +33,6 @@ from mission.pictures.series import (
     draw_height,
     draw_height_above_ground,
     draw_limit,
-    has_height_limits,
     height_entries,
     solid_of,
     stacked,
@@ -103,7 +102,7 @@ def _heading(figure: Figure, log: FlightLog, problem: Problem, summary: dict[str
     if error is not None:
         parts.append(f"{error:.2f} m from the course on average")
     if summary["min_clearance_m"] is not None:
-        to = "nearest obstacle or height limit" if has_height_limits(problem.obstacles) else "clearance at least"
+        to = "nearest obstacle or height limit" if problem.obstacles.has_height_limits else "clearance at least"
         parts.append(f"{to} {summary['min_clearance_m']:.2f} m")
     broken = summary["violations"]
     room_in = 0.93 * WIDTH_IN

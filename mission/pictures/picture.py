@@ -30,7 +30,6 @@ from mission.pictures.series import (
     draw_height,
     draw_height_above_ground,
     draw_limit,
-    has_height_limits,
     height_entries,
     solid_of,
     stacked,
@@ -232,7 +231,7 @@ def _table(axis: Axes, planned: Planned) -> None:
         (0.27, "right", "finds with" if searching else "ergodic metric"),
         (0.35, "right", "cost"),
         (0.43, "right", "length [m]"),
-        (0.515, "right", "to limits [m]" if has_height_limits(planned.problem.obstacles) else "clearance [m]"),
+        (0.515, "right", "to limits [m]" if planned.problem.obstacles.has_height_limits else "clearance [m]"),
         (0.60, "right", "speed [m/s]"),
         (0.63, "left", "gate"),
     )

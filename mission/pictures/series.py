@@ -111,11 +111,6 @@ def solid_of(field: ObstacleField) -> ObstacleField:
     return dataclasses.replace(field, surfaces=() if ground is None else (ground,))
 
 
-def has_height_limits(field: ObstacleField) -> bool:
-    """Whether heights above the ground are kept that are not the ground itself: they count as clearance as well."""
-    return len(field.surfaces) > 1
-
-
 def draw_clearance(
     axis: Axes, time_s: Series, clearance_m: Series, problem: Problem, counts: np.ndarray | None = None
 ) -> None:

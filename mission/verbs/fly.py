@@ -151,6 +151,7 @@ def _report(flown: Flown) -> None:
 def rows_of(summary: dict[str, Any]) -> list[tuple[str, str]]:
     """A flight's summary as labels and values for a person."""
     from mission.flying.air import drag_words, wind_words
+    from mission.flying.summary import clearance_words
 
     def number(key: str, unit: str, digits: int, scale: float = 1.0) -> str:
         value = summary.get(key)
@@ -163,7 +164,7 @@ def rows_of(summary: dict[str, Any]) -> list[tuple[str, str]]:
         ("why it ended", str(summary["why"])),
         ("in the air", number("flown_s", "s", 0)),
         ("flown", number("length_m", "m", 0)),
-        ("least clearance", number("min_clearance_m", "m", 2)),
+        (clearance_words(summary), number("min_clearance_m", "m", 2)),
         ("greatest speed", number("max_speed_mps", "m/s", 2)),
         ("from the course", error),
         ("ergodic metric flown", number("ergodic_metric", "", 5)),

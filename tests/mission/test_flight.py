@@ -80,6 +80,13 @@ def test_a_mission_is_flown_to_the_landed_vehicle(planned, tmp_path, autopilot):
     assert unfinished(log) is None
 
 
+def test_a_vehicle_with_drag_leans_against_it_and_the_flight_tells_what_it_was(planned, tmp_path):
+    summary = fly(planned("vehicle.drag_per_s=0.6"), folder=tmp_path / "flight", speed=SPEED).summary
+    assert summary["air"]["drag_per_s"] == pytest.approx(0.6, abs=0.06)
+    assert summary["drag_leaned_against_per_s"] == 0.6
+    assert summary["tracking_error_mean_m"] < 0.5
+
+
 @pytest.mark.parametrize("autopilot", ["px4", pytest.param("ardupilot", marks=pytest.mark.slow)])
 def test_a_mission_is_uploaded_read_back_and_flown_by_the_vehicle(planned, tmp_path, autopilot):
     chosen = settings(tmp_path, method=FlightMethod.MISSION, speed=10.0)
