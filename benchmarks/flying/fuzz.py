@@ -163,6 +163,14 @@ def _executive() -> Executive:
     return Executive(_assignment(), monitors, lambda: belief.problem)
 
 
+def _way_found(asked: FindWay) -> WayFound:
+    """The straight way; from where a mutated frame says that the vehicle is there may be none."""
+    try:
+        return WayFound(asked, proven(along(np.array([asked.start_m, asked.end_m]), problem().limits)))
+    except ValueError as refused:
+        return WayFound(asked, None, str(refused))
+
+
 def client(frames: int) -> tuple[int, int, int]:
     """Let a flight client hear so many frames.
 
@@ -188,9 +196,8 @@ def client(frames: int) -> tuple[int, int, int]:
                     match action:
                         case RunChecks():
                             executive.receive(Checked(()), now_s)
-                        case FindWay(start_m=start_m, end_m=end_m):
-                            way = proven(along(np.array([start_m, end_m]), problem().limits))
-                            executive.receive(WayFound(action, way), now_s)
+                        case FindWay():
+                            executive.receive(_way_found(action), now_s)
                         case _:
                             pass
             if executive.finished or wire.brought - flown > FLIGHT_FRAMES:

@@ -84,16 +84,16 @@ def killed_at(folder: Path, moment_s: float, changes: tuple[str, ...]) -> None:
     """Fly, and kill the flight as its log reaches a moment of the flight clock."""
     process = start_mission(fly(folder, changes))
     until_s = time.monotonic() + _LONGEST_HOST_S
-    armed_s = None
+    armed_s, torn = None, ""
     while process.poll() is None and not (folder / LOG_NAME).exists():
         time.sleep(_LOOK_HOST_S)
     with (folder / LOG_NAME).open(encoding="utf-8") as log:
         while process.poll() is None and time.monotonic() < until_s:
-            line = log.readline()
-            if not line.endswith("\n"):
+            torn += log.readline()
+            if not torn.endswith("\n"):
                 time.sleep(_LOOK_HOST_S)
                 continue
-            record = json.loads(line)
+            record, torn = json.loads(torn), ""
             if record["kind"] == "telemetry" and record["armed"]:
                 armed_s = record["t"] if armed_s is None else armed_s
                 if record["t"] - armed_s >= moment_s:

@@ -16,6 +16,7 @@ from jaxtyping import Float
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import dijkstra
 
+from mission.mission_file.values import LOCAL_PLANE_M
 from planner.gate import GateRefused, ProvenTrajectory
 from planner.problem import Limits
 from planner.trajectory import Trajectory
@@ -41,7 +42,11 @@ def along(corners_m: Float[np.ndarray, "corner 3"], limits: Limits) -> Trajector
 
     Returns:
         The curve; of one second of standing where there is only one place.
+
+    Raises:
+        ValueError: They are farther apart than a local plane reaches: somebody is wrong about where they are.
     """
+    _check_distance(corners_m)
     corners = [corners_m[0]]
     for corner in corners_m[1:]:
         if np.linalg.norm(corner - corners[-1]) > 1e-6:
@@ -64,6 +69,13 @@ def along(corners_m: Float[np.ndarray, "corner 3"], limits: Limits) -> Trajector
     if len(points) == 3:
         return Trajectory(np.array(points + [corners[0]] * 2), 0.5)
     return Trajectory(np.array(points), interval_s)
+
+
+def _check_distance(corners_m: Float[np.ndarray, "corner 3"]) -> None:
+    """Refuse what no vehicle flies: to look for it alone would take more memory than there is."""
+    apart_m = float(np.ptp(corners_m, axis=0).max())
+    if not apart_m <= LOCAL_PLANE_M:
+        raise ValueError(f"a way over {apart_m / 1e3:.0f} km is none: somebody is wrong about where the vehicle is")
 
 
 def _profile(step_m: Float[np.ndarray, "3"], limits: Limits) -> tuple[float, float, float]:
@@ -118,8 +130,9 @@ def find_way(
         The proven curve.
 
     Raises:
-        ValueError: There is none, with the gate's last word.
+        ValueError: There is none, with the gate's last word; or its ends are farther apart than a local plane reaches.
     """
+    _check_distance(np.stack([start_m, end_m]))
     last = "nothing was tried"
     for corners in _candidates(start_m, end_m, distance, keep_out_m, low_m, high_m):
         if not _clear(corners, distance, keep_out_m):

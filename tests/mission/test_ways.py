@@ -56,6 +56,17 @@ def test_a_free_way_is_the_straight_line():
     assert np.abs(samples.position_m[:, 1:] - [50.0, 10.0]).max() < 1e-9
 
 
+@pytest.mark.parametrize("far_m", [2e5, -3e12, np.nan])
+def test_a_way_that_no_vehicle_flies_is_refused_before_it_is_looked_for(far_m):
+    def never(points):
+        raise AssertionError("looked for")
+
+    with pytest.raises(ValueError, match="wrong about where the vehicle is"):
+        way(never, end=(far_m, 50.0, 10.0))
+    with pytest.raises(ValueError, match="wrong about where the vehicle is"):
+        along(np.array([[0.0, 0.0, 10.0], [0.0, far_m, 10.0]]), LIMITS)
+
+
 def test_a_low_wall_is_flown_over():
     distance = box([50.0, 50.0, 10.0], [5.0, 200.0, 12.0])
     samples = way(distance).sampled_every(0.05)
