@@ -266,18 +266,19 @@ class Course:
         return position
 
     def at(self, now_s: float) -> CoursePoint:
-        """Where the course is at a moment of the flight clock; after its end it stays there."""
+        """Where the course is at a moment of the flight clock; after its end it stands there."""
         curve_s, rate, rate_per_s = self.pace.at(now_s)
         curve_s = min(curve_s, self.end_s)
         leg = self.leg_at(curve_s)
-        motion = leg.trajectory.motion_at(curve_s)
-        velocity = motion.velocity_mps
-        return CoursePoint(
-            curve_s,
-            rate,
-            Motion(motion.position_m, rate * velocity, rate**2 * motion.acceleration_mps2 + rate_per_s * velocity),
-            leg.heading.at(curve_s),
-        )
+        full = leg.trajectory.motion_at(curve_s)
+        velocity = full.velocity_mps
+        if self.stands(now_s):
+            # Exactly: what rounding leaves of a velocity would be asked for again and again.
+            motion = Motion.at_rest(full.position_m)
+        else:
+            acceleration = rate**2 * full.acceleration_mps2 + rate_per_s * velocity
+            motion = Motion(full.position_m, rate * velocity, acceleration)
+        return CoursePoint(curve_s, rate, motion, leg.heading.at(curve_s))
 
     def finished(self, now_s: float) -> bool:
         """Whether the last curve has come to its end."""

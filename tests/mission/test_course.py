@@ -117,6 +117,15 @@ def test_a_curve_that_did_not_pass_the_gate_is_not_flown():
         flown.continued(flown.trajectory.from_knot(10), 100.5)
 
 
+def test_after_its_end_a_course_stands_exactly():
+    place = np.array([0.30232349, -0.40293551, 10.70006275])
+    short = proven(along(np.stack([place, place + np.array([-0.5, 0.26, 0.7])]), LIMITS))
+    flown = Course.begin(short, 0.0, 0.0, 3.0, 0.8)
+    for now_s in np.linspace(flown.end_s, flown.end_s + 5.0, 11):
+        setpoint = flown.at(now_s + 1.0).setpoint()
+        assert setpoint.velocity_enu_mps == setpoint.acceleration_enu_mps2 == (0.0, 0.0, 0.0)
+
+
 def test_a_setpoint_leans_against_drag_by_its_speed_and_never_up_or_down():
     flown = course()
     for now in np.arange(100.5, 108.0, 0.5):
