@@ -27,6 +27,7 @@ from planner.problem import Kernel, Method, Options, Problem
 from planner.scene import Scene, knots_for
 from planner.spectral_metric import SpectralMetric
 
+SCHEDULES = ("POLISH", "SHAPE_POLISH", "SEARCH_POLISH")
 SOFT = 0.1
 WANTED = 1.5
 """The E whose moment is told, as a multiple of what the product's own best comes to."""
@@ -40,10 +41,11 @@ def _plain_scale(_scene: object, count: int, _penalty: object) -> jax.Array:
 def _coarse_to_fine(
     scene: Scene, particles: Particles, rounds: Iterable[Round], after_round: Callable[[float], None]
 ) -> tuple[Particles, int]:
-    """The soft rounds on half of the modes an axis, the others on all."""
+    """The soft rounds on half of the modes an axis, the others on all; what a search finds has no modes."""
+    if not isinstance(scene.metric, SpectralMetric):
+        return polished(scene, particles, rounds, after_round)
     rounds = list(rounds)
     soft = [one for one in rounds if one.penalty < SOFT]
-    assert isinstance(scene.metric, SpectralMetric)
     weights = np.array(scene.metric.weights)
     for axis, count in enumerate(weights.shape):
         np.moveaxis(weights, axis, 0)[-(-count // 2) :] = 0.0
@@ -67,15 +69,19 @@ def _changed(part: str) -> Iterator[None]:
         def put(room: object, name: str, value: object) -> None:
             stack.enter_context(mock.patch.object(room, name, value))
 
+        def put_rounds(change: Callable[[Round], Round]) -> None:
+            for name in SCHEDULES:
+                put(solver, name, tuple(map(change, getattr(solver, name))))
+
         match part:
             case "without frequency coordinates":
                 put(augmented_lagrangian, "frequency_scale", _plain_scale)
             case "without a slow start of the penalties":
-                put(solver, "POLISH", tuple(dataclasses.replace(one, penalty=10.0) for one in solver.POLISH))
+                put_rounds(lambda one: dataclasses.replace(one, penalty=10.0))
             case "without Stein steps":
                 put(solver, "explored", lambda _scene, particles, *_: (particles, 0))
             case "with half of the steps":
-                put(solver, "POLISH", tuple(dataclasses.replace(one, steps=one.steps // 2) for one in solver.POLISH))
+                put_rounds(lambda one: dataclasses.replace(one, steps=one.steps // 2))
             case "with Adam":
                 put(lbfgs, "init", adam_init)
                 put(lbfgs, "step", adam_step)
