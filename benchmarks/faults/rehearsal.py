@@ -32,11 +32,13 @@ from mission.executive.events import (
     Withdraw,
 )
 from mission.executive.executive import Executive
+from mission.executive.own_return import OwnReturn
 from mission.executive.phases import FINAL, STREAMING, Phase
 from mission.flying.belief import Belief
 from mission.flying.clock import FlightClock
 from mission.flying.flight_rules import energy_of, monitors_of
 from mission.flying.ground import Ground
+from mission.flying.return_settings import copter_return, px4_return
 from mission.flying.ways import along
 from mission.loading import load
 from mission.mission_file import Mission
@@ -47,10 +49,12 @@ from planner import gate
 from planner.gate import ProvenTrajectory
 from planner.problem import Problem
 from planner.trajectory import Trajectory
+from sim_bridge.ardupilot import defaults as ardupilot_defaults
 from sim_bridge.ardupilot.vehicle import ArduCopter
 from sim_bridge.dialects import Autopilot
 from sim_bridge.faults import AnyFault
 from sim_bridge.frames import geodetic_from_enu
+from sim_bridge.px4 import defaults as px4_defaults
 from sim_bridge.px4.vehicle import Px4
 from sim_bridge.state import GeodeticPoint, VehicleState
 from sim_bridge.station import Station
@@ -187,7 +191,7 @@ class Rehearsal:
         self._link = VirtualLink(self._station, autopilot, origin)
         self._belief = Belief(known)
         self._pushed = [Pushed(fault, asked, self._belief) for fault in faults if isinstance(fault, ObstaclePushed)]
-        energy = energy_of(asked, known)
+        energy = energy_of(asked, known).told(_own_return(autopilot))
         limits = known.limits
         assignment = Assignment(
             exploration=along_corners(),
@@ -371,6 +375,15 @@ class Rehearsal:
         missing = [text for _, text in self._link.texts if f"vehicle: {text}" not in told]
         if missing:
             self.broken.setdefault("told", f"not told: {missing[0]}")
+
+
+def _own_return(autopilot: Autopilot) -> OwnReturn:
+    """As the checks before arming read it from the vehicle."""
+    match autopilot:
+        case Autopilot.PX4:
+            return px4_return((px4_defaults.PARAMETERS | dict(_PARAMETERS[autopilot])).get)
+        case Autopilot.ARDUPILOT:
+            return copter_return((ardupilot_defaults.PARAMETERS | dict(_PARAMETERS[autopilot])).get)
 
 
 def _station(

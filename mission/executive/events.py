@@ -6,6 +6,7 @@ import dataclasses
 import enum
 
 from mission.executive.course import Course
+from mission.executive.energy import Energy
 from mission.executive.phases import Phase
 from planner.gate import ProvenTrajectory
 from planner.problem import Limits
@@ -112,6 +113,7 @@ class Checked:
         notes: What is worth saying.
         exploration: The curve to fly, slowed down where the vehicle is slower; None: as it was.
         limits: The smaller of the mission's and the vehicle's limits; None: the mission's.
+        energy: What flying costs this vehicle; None: as thought before.
         places: Of an uploaded mission, in order; empty: none was uploaded.
     """
 
@@ -119,6 +121,7 @@ class Checked:
     notes: tuple[str, ...] = ()
     exploration: ProvenTrajectory | None = None
     limits: Limits | None = None
+    energy: Energy | None = None
     places: tuple[MissionPlace, ...] = ()
 
 

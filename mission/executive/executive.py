@@ -13,6 +13,7 @@ from collections.abc import Callable
 
 from mission.executive.course import Course
 from mission.executive.course_keeper import CourseKeeper
+from mission.executive.energy import ProvenHome
 from mission.executive.events import (
     VEHICLE_SAYS,
     Action,
@@ -38,7 +39,7 @@ from mission.executive.known_vehicle import KnownVehicle
 from mission.executive.landing import Landing
 from mission.executive.link_watch import LinkWatch, Silence
 from mission.executive.lookout import blocks
-from mission.executive.monitors import Monitors, ProvenHome
+from mission.executive.monitors import Monitors
 from mission.executive.phase_machine import GOAL, PhaseMachine
 from mission.executive.phases import FINAL, ON_COURSE, OUTWARD, Phase, Trigger
 from mission.executive.standing_order import STREAM_FIRST_S, StandingOrder
@@ -301,8 +302,8 @@ class Executive:
             self._keeper.exploration = checked.exploration
         if checked.limits is not None:
             self._keeper.keep_to(checked.limits)
-            energy = self.monitors.energy.within(checked.limits)
-            self._hearing.monitors = dataclasses.replace(self.monitors, energy=energy)
+        if checked.energy is not None:
+            self._hearing.monitors = dataclasses.replace(self.monitors, energy=checked.energy)
         self._ways.places = checked.places
         self._fire(Trigger.CHECKS_FAILED if checked.problems else Trigger.CHECKS_PASSED, now_s)
 

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from mission.executive import readings
 from mission.executive.course_keeper import CourseKeeper
+from mission.executive.energy import STALE_CHARGE_S, ProvenHome
 from mission.executive.events import Assignment, FlightMethod
 from mission.executive.known_vehicle import KnownVehicle
 from mission.executive.link_watch import LINK_LOST_S, NOTICED_S, LinkWatch
-from mission.executive.monitors import STALE_CHARGE_S, Alarm, Monitors, ProvenHome
+from mission.executive.monitors import Alarm, Monitors
 from mission.executive.pacing import Pacing
 from mission.executive.phase_machine import PhaseMachine
 from mission.executive.phases import AIRBORNE, HOMEWARD, ON_COURSE, STREAMING, Phase, Trigger, order_of

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from mission.executive import readings
-from mission.executive.monitors import Consumption, Energy
+from mission.executive.energy import Consumption, Energy
 from mission.executive.phases import AIRBORNE, Phase
 from sim_bridge.state import FlightMode, LandedState, Vector, VehicleState
 

@@ -7,22 +7,15 @@ from __future__ import annotations
 
 import dataclasses
 import enum
-import math
 from collections.abc import Callable
 
 import numpy as np
 from jaxtyping import Float
 
 from mission.executive.course import Course, CoursePoint
-from planner.problem import Limits
+from mission.executive.energy import Consumption, Energy, ProvenHome
 from sim_bridge.state import Vector, VehicleState
 
-# Until the way home is proven it is taken for little longer than the straight line.
-_DETOUR = 1.15
-# Near the ground both autopilots sink slowly (MPC_LAND_ALT1 10 m at MPC_LAND_SPEED 0.7 m/s; Copter 10 m at 0.5).
-_LANDING_HEIGHT_M = 10.0
-_LANDING_SPEED_MPS = 0.6
-_LEAST_OBSERVATION_S = 60.0
 # Of the distance from its path that the plan's clearance allows for, this share is used up without a word.
 _KEPT_SHARE = 0.5
 # A vehicle strays farther at times than it has shown so far, by this factor.
@@ -32,10 +25,6 @@ _WORSE = 1.5
 _BEHIND_S, _BEFORE_S, _AHEAD_S, _AHEAD_STEP_S = 3.0, 1.0, 20.0, 0.1
 # To speed up and to slow down again in time is not worth while for less.
 _WORTH_WHILE_S = 35.0
-_LEAST_DROP = 0.03
-
-STALE_CHARGE_S = 20.0
-"""Vehicles tell their charge every second or so; one that is older than this is not told any more."""
 
 
 class Alarm(enum.Enum):
@@ -45,132 +34,6 @@ class Alarm(enum.Enum):
     BATTERY_LOW = "the charge is what the way home needs"
     TOO_CLOSE = "closer to an obstacle than allowed"
     OFF_TRACK = "too far from the course"
-
-
-@dataclasses.dataclass(frozen=True)
-class Energy:
-    """What flying costs, as shares of a full battery.
-
-    Attributes:
-        endurance_s: Time a full battery lasts, from the mission file.
-        reserve_fraction: What must be left after landing.
-        cruise_mps: Horizontal speed on the way home.
-        climb_mps: Speed upwards.
-        descent_mps: Speed downwards.
-    """
-
-    endurance_s: float
-    reserve_fraction: float
-    cruise_mps: float
-    climb_mps: float
-    descent_mps: float
-
-    def within(self, limits: Limits) -> Energy:
-        """The same for a vehicle that is slower than thought."""
-        return dataclasses.replace(
-            self,
-            cruise_mps=min(self.cruise_mps, limits.max_speed_mps),
-            climb_mps=min(self.climb_mps, limits.max_climb_mps),
-            descent_mps=min(self.descent_mps, limits.max_descent_mps),
-        )
-
-    def at_pace(self, rate: float) -> Energy:
-        """The same for a vehicle that flies more slowly than it could.
-
-        Args:
-            rate: Share of its speeds, at most one.
-        """
-        return dataclasses.replace(
-            self,
-            cruise_mps=rate * self.cruise_mps,
-            climb_mps=rate * self.climb_mps,
-            descent_mps=rate * self.descent_mps,
-        )
-
-    def way_home_s(self, position_m: Vector, home_m: Vector, cruise_height_m: float) -> float:
-        """Time from a place to the ground at home.
-
-        Args:
-            position_m: Where the vehicle is.
-            home_m: Where it lands.
-            cruise_height_m: Height above home from which it lands.
-        """
-        across_s = math.hypot(position_m[0] - home_m[0], position_m[1] - home_m[1]) / self.cruise_mps
-        rise_m = home_m[2] + cruise_height_m - position_m[2]
-        level_s = rise_m / self.climb_mps if rise_m > 0.0 else -rise_m / self.descent_mps
-        return _DETOUR * (across_s + level_s) + self.landing_s(cruise_height_m)
-
-    def landing_s(self, cruise_height_m: float) -> float:
-        """Time from above a place to the ground there.
-
-        Args:
-            cruise_height_m: Height above it from which it lands.
-        """
-        slow_m = min(cruise_height_m, _LANDING_HEIGHT_M)
-        return (cruise_height_m - slow_m) / self.descent_mps + slow_m / min(_LANDING_SPEED_MPS, self.descent_mps)
-
-    def needed_fraction(self, way_home_s: float, fraction_per_s: float) -> float:
-        """Charge that must be left to fly home and land with the reserve."""
-        return way_home_s * fraction_per_s + self.reserve_fraction
-
-
-@dataclasses.dataclass(frozen=True)
-class ProvenHome:
-    """How long the proven way home took from where it was sought last.
-
-    Attributes:
-        from_m: Where that was.
-        duration_s: Time above home, at full pace.
-    """
-
-    from_m: Vector
-    duration_s: float
-
-    def left_s(self, position_m: Vector, home_m: Vector, energy: Energy, rate: float) -> float:
-        """Time to above home from another place not far away.
-
-        Args:
-            position_m: The place.
-            home_m: Home.
-            energy: What flying costs.
-            rate: Share of its speeds at which it is flown.
-        """
-        farther_m = math.dist(position_m, home_m) - math.dist(self.from_m, home_m)
-        return (self.duration_s + max(0.0, farther_m) / energy.cruise_mps) / rate
-
-
-@dataclasses.dataclass(frozen=True)
-class Consumption:
-    """How fast the charge falls, measured in flight.
-
-    Attributes:
-        since_s: Flight clock at the first reading.
-        battery_fraction: Charge then.
-        fraction_per_s: The larger of what was measured and what the endurance says.
-        left_fraction: Charge now: the smaller of what is told and what the endurance has left of the first reading.
-    """
-
-    since_s: float
-    battery_fraction: float
-    fraction_per_s: float
-    left_fraction: float
-
-    @classmethod
-    def begin(cls, battery_fraction: float, now_s: float, energy: Energy) -> Consumption:
-        """Nothing measured yet: what the mission file's endurance says."""
-        return cls(now_s, battery_fraction, 1.0 / energy.endurance_s, battery_fraction)
-
-    def observed(self, battery_fraction: float, now_s: float, energy: Energy) -> Consumption:
-        """With another reading, or with the last one again: what is told may have stopped to fall.
-
-        The charge is told in whole percents, so nothing is concluded before some of them are gone.
-        """
-        elapsed_s, drop = now_s - self.since_s, self.battery_fraction - battery_fraction
-        left = min(battery_fraction, self.battery_fraction - elapsed_s / energy.endurance_s)
-        fraction_per_s = self.fraction_per_s
-        if elapsed_s >= _LEAST_OBSERVATION_S and drop >= _LEAST_DROP:
-            fraction_per_s = max(1.0 / energy.endurance_s, drop / elapsed_s)
-        return dataclasses.replace(self, fraction_per_s=fraction_per_s, left_fraction=left)
 
 
 @dataclasses.dataclass(frozen=True)
@@ -220,14 +83,16 @@ class Monitors:
         found = []
         if self.fence_distance_m(position) < -self.fence_tolerance_m:
             found.append(Alarm.OUTSIDE)
-        energy, home_s = self.energy.at_pace(rate), 0.0
+        energy, home_s, alone_s = self.energy.at_pace(rate), 0.0, 0.0
         if home_m is not None:
             home_s = energy.way_home_s(state.position_enu_m, home_m, self.cruise_height_m)
             if proven is not None:
                 proven_s = proven.left_s(state.position_enu_m, home_m, self.energy, rate)
-                home_s = max(home_s, proven_s + energy.landing_s(self.cruise_height_m))
+                home_s = max(home_s, proven_s + energy.descent.to_ground_s(self.cruise_height_m))
+            # This program may be lost on the way.
+            alone_s = energy.alone_s(state.position_enu_m, home_m)
         if consumption is None or consumption.left_fraction <= energy.needed_fraction(
-            home_s, consumption.fraction_per_s
+            home_s, alone_s, consumption.fraction_per_s
         ):
             found.append(Alarm.BATTERY_LOW)
         if self.clearance_m(position) < self.least_clearance_m:

@@ -87,6 +87,8 @@ def as_told(mission: Mission, reach: Reach, speed: float) -> tuple[tuple[str, fl
                 ("COM_OBL_RC_ACT", 5.0),
                 ("COM_LOW_BAT_ACT", 3.0),
                 ("RTL_RETURN_ALT", max(PX4["RTL_RETURN_ALT"], reach.clear_up_m)),
+                # Its own return is as fast as the mission.
+                ("MPC_XY_CRUISE", vehicle.max_speed_mps),
                 ("MPC_XY_VEL_MAX", vehicle.max_speed_mps),
                 ("MPC_Z_VEL_MAX_UP", vehicle.max_climb_mps),
                 ("MPC_Z_VEL_MAX_DN", vehicle.max_descent_mps),

@@ -4,14 +4,16 @@ from __future__ import annotations
 
 import numpy as np
 
+from mission.executive.energy import Energy
 from mission.executive.events import Assignment, FlightEnd, FlightMethod
-from mission.executive.monitors import Energy, Monitors
+from mission.executive.monitors import Monitors
 from mission.flying.belief import Belief
 from mission.mission_file import Mission
 from mission.mission_file.vehicle import Vehicle
 from mission.mission_items import item_times_s
 from mission.plan_output import plan_file_of
 from mission.planning import Planned
+from mission.site.descent import Descent
 from mission.site.fence import autopilot_fence
 from planner.polygon import KeepIn
 from planner.problem import Problem
@@ -68,7 +70,7 @@ def energy_of(mission: Mission, problem: Problem) -> Energy:
         mission.flight.reserve_fraction,
         limits.max_speed_mps,
         limits.max_climb_mps,
-        limits.max_descent_mps,
+        Descent(limits.max_descent_mps),
     )
 
 

@@ -10,8 +10,8 @@ from collections.abc import Callable
 import numpy as np
 
 from mission.executive.course import vector
+from mission.executive.energy import Energy
 from mission.executive.events import Assignment, Checked, FindWay, FlightMethod, Goal, MissionPlace
-from mission.executive.monitors import Energy
 from mission.executive.uploaded import is_blocked
 from mission.flying import preflight, vehicle_settings
 from mission.flying.belief import Belief
@@ -95,8 +95,9 @@ class Ground:
                 self._belief.change(limits=slower.limits, duration_s=slower.duration_s, start=slower.start)
         except gate.GateRefused as refused:
             problems.append(f"flown as slowly as the vehicle can, {refused}")
+        energy = self._energy.within(settings.limits).told(settings.own_return)
         if not problems:
-            problems += self._way_problems(state, home, exploration, self._energy.within(settings.limits))
+            problems += self._way_problems(state, home, exploration, energy)
         notes, places = list(settings.notes), ()
         if below := preflight.landing_problems(exploration, self._assignment.end, home, planned):
             if self._assignment.method is FlightMethod.MISSION:
@@ -117,7 +118,7 @@ class Ground:
         while not problems and not state.aloft and not self._warm() and time.monotonic() < until_s:
             if self._ended.wait(0.05):
                 break
-        return Checked(tuple(problems), tuple(notes), exploration, settings.limits, places)
+        return Checked(tuple(problems), tuple(notes), exploration, settings.limits, energy, places)
 
     def _way_problems(self, state: VehicleState, home: Vector, exploration: Trajectory, energy: Energy) -> list[str]:
         """Whether there are ways to the exploration and home, and charge for them."""
@@ -131,13 +132,12 @@ class Ground:
             back = self.find_way(FindWay(Goal.HOME, end, _above(home, altitude_m)))
         except ValueError as error:
             return [str(error)]
-        return preflight.energy_problems(
-            state,
-            energy,
-            there.duration_s + altitude_m / energy.climb_mps,
-            exploration.end_s - from_s,
-            back.duration_s + energy.way_home_s(_above(home, altitude_m), home, altitude_m),
-        )
+        out_s = there.duration_s + altitude_m / energy.climb_mps
+        home_s = back.duration_s + energy.way_home_s(_above(home, altitude_m), home, altitude_m)
+        problems = preflight.energy_problems(state, energy, out_s, exploration.end_s - from_s, home_s)
+        if not problems and state.battery_fraction is not None:
+            problems = preflight.own_return_problems(state.battery_fraction, energy, out_s, exploration, from_s, home)
+        return problems
 
     def find_way(self, wanted: FindWay) -> ProvenTrajectory:
         """A proven way at rest from one place to another.

@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
+from mission.executive.energy import KEPT_ALONE, STALE_CHARGE_S, Energy
 from mission.executive.events import FlightEnd
-from mission.executive.monitors import STALE_CHARGE_S, Energy
 from mission.flying.vehicle_settings import Reach
 from mission.site.column import nearest_in_column
 from mission.site.fence import Corner
@@ -32,6 +32,7 @@ LEAST_DISK_BYTES = 100_000_000
 _HIGHEST_M = 500.0
 _SKYLINE_STEP_M = 2.0
 _SKYLINE_PLACES = 40
+_LEFT_ALONE_STEP_S = 1.0
 
 
 def reach_of(problem: Problem, fence_m: Sequence[Corner], home_m: Vector) -> Reach:
@@ -143,4 +144,34 @@ def energy_problems(
         f"the battery has {state.battery_fraction:.0%}, the flight needs {needed:.0%} ({way_out_s:.0f} s there, "
         f"{exploration_s:.0f} s exploring, {way_home_s:.0f} s home, {energy.reserve_fraction:.0%} in reserve): charge "
         "it, or shorten planner.duration_s"
+    ]
+
+
+def own_return_problems(
+    charge_fraction: float, energy: Energy, way_out_s: float, exploration: Trajectory, from_s: float, home_m: Vector
+) -> list[str]:
+    """Whether the charge lasts, all along a path, for a vehicle that is left alone there and returns by itself.
+
+    Args:
+        charge_fraction: What there is now.
+        energy: What flying costs.
+        way_out_s: From the ground to where the exploration begins.
+        exploration: The path.
+        from_s: Curve time at which it is begun.
+        home_m: Where the vehicle lands.
+    """
+    if energy.own_return is None:
+        return []
+    moments = np.append(np.arange(from_s, exploration.end_s, _LEFT_ALONE_STEP_S), exploration.end_s)
+    places = exploration.sample(moments).position_m
+    alone_s = np.array([energy.alone_s((east, north, up), home_m) for east, north, up in places.tolist()])
+    flown_s = way_out_s + moments - from_s
+    worst = int(np.argmax(flown_s + alone_s))
+    needed = (flown_s[worst] + alone_s[worst]) / energy.endurance_s + KEPT_ALONE * energy.reserve_fraction
+    if needed <= charge_fraction:
+        return []
+    return [
+        f"the battery has {charge_fraction:.0%}, and a vehicle that is left alone {flown_s[worst]:.0f} s after its "
+        f"take-off needs {needed:.0%} of it: its own return takes {alone_s[worst]:.0f} s from there, with "
+        f"{energy.own_return.named} as they are. Make it faster, charge it, or shorten planner.duration_s"
     ]

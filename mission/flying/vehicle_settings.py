@@ -8,18 +8,16 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Callable
 
-from mission.flying import left_alone
+from mission.executive.own_return import OwnReturn
+from mission.flying import left_alone, return_settings
+from mission.flying.parameters import Needed, Parameter
 from planner import gate
 from planner.gate import RELATIVE_TOLERANCE, ProvenTrajectory
 from planner.gate_report import GateReport
 from planner.problem import Limits, Problem
 from sim_bridge.dialects import Autopilot
 from sim_bridge.link.commands import OWN_SYSTEM
-
-Parameter = Callable[[str], float | None]
-"""Reads one of the vehicle's parameters; None: it has none of that name, or did not answer."""
 
 # Bits of Copter's FENCE_TYPE.
 _FENCE_ALTITUDE, _FENCE_CIRCLE, _FENCE_POLYGON = 1, 2, 4
@@ -46,11 +44,13 @@ class Settings:
 
     Attributes:
         limits: The smaller of the mission's and the vehicle's limits.
+        own_return: How it returns by itself.
         problems: What forbids the flight.
         notes: What is worth saying.
     """
 
     limits: Limits
+    own_return: OwnReturn
     problems: tuple[str, ...]
     notes: tuple[str, ...]
 
@@ -66,10 +66,10 @@ def settings_of(autopilot: Autopilot, parameter: Parameter, wanted: Limits, reac
 
 def px4_settings(parameter: Parameter, wanted: Limits, reach: Reach) -> Settings:
     """PX4's parameters against the mission."""
-    known = _Reading(parameter)
+    known = Needed(parameter)
     problems, notes = known.unknown, []
     problems += known.unsafe(left_alone.SETPOINTS_END, left_alone.PX4_FENCE, left_alone.PX4_GROUND_STATION)
-    loss_s = known.needed("COM_OF_LOSS_T")
+    loss_s = known("COM_OF_LOSS_T")
     if loss_s is not None and not 0.5 <= loss_s <= 5.0:
         problems.append(
             f"COM_OF_LOSS_T is {loss_s:g} s: {'a short gap' if loss_s < 0.5 else 'a lost computer'} "
@@ -83,6 +83,8 @@ def px4_settings(parameter: Parameter, wanted: Limits, reach: Reach) -> Settings
         notes.append(_battery_note("COM_LOW_BAT_ACT", "3 (return when critical, land in an emergency)"))
     if (return_m := parameter("RTL_RETURN_ALT")) is not None and return_m < reach.clear_up_m:
         notes.append(_return_note("RTL_RETURN_ALT", return_m, reach, f"{math.ceil(reach.clear_up_m)}"))
+    if stays_up := return_settings.px4_stays_up(parameter):
+        notes.append(stays_up)
     limits = _smaller(
         wanted,
         parameter("MPC_XY_VEL_MAX"),
@@ -91,14 +93,14 @@ def px4_settings(parameter: Parameter, wanted: Limits, reach: Reach) -> Settings
         parameter("MPC_ACC_HOR_MAX") or parameter("MPC_ACC_HOR"),
         notes,
     )
-    return Settings(limits, tuple(problems), tuple(notes))
+    return Settings(limits, return_settings.px4_return(parameter), tuple(problems), tuple(notes))
 
 
 def copter_settings(parameter: Parameter, wanted: Limits, reach: Reach) -> Settings:
     """ArduPilot Copter's parameters against the mission."""
-    known = _Reading(parameter)
+    known = Needed(parameter)
     problems, notes = known.unknown, []
-    enabled = known.needed("FENCE_ENABLE")
+    enabled = known("FENCE_ENABLE")
     if enabled is not None and int(enabled) == 0:
         problems.append("FENCE_ENABLE is 0: the vehicle does not watch its fence; set it to 1")
     problems += known.unsafe(left_alone.COPTER_FENCE, left_alone.COPTER_GROUND_STATION)
@@ -106,7 +108,7 @@ def copter_settings(parameter: Parameter, wanted: Limits, reach: Reach) -> Setti
     kinds = parameter("FENCE_TYPE")
     if kinds is not None:
         problems += _copter_fence(int(kinds), parameter, reach)
-    watched = known.needed("SYSID_MYGCS")
+    watched = known("SYSID_MYGCS")
     if watched is not None and int(watched) != OWN_SYSTEM:
         problems.append(
             f"SYSID_MYGCS is {int(watched)} and this program is {OWN_SYSTEM}: if this computer is lost, the vehicle "
@@ -118,12 +120,14 @@ def copter_settings(parameter: Parameter, wanted: Limits, reach: Reach) -> Setti
     # Zero: it returns at the height it has.
     if return_cm and return_cm < 100.0 * reach.clear_up_m:
         notes.append(_return_note("RTL_ALT", return_cm / 100.0, reach, f"{100 * math.ceil(reach.clear_up_m)}"))
+    if stays_up := return_settings.copter_stays_up(parameter):
+        notes.append(stays_up)
     metres = [
         None if value is None else value / 100.0
         for value in map(parameter, ("WPNAV_SPEED", "WPNAV_SPEED_UP", "WPNAV_SPEED_DN", "WPNAV_ACCEL"))
     ]
     limits = _smaller(wanted, metres[0], metres[1], metres[2], metres[3], notes)
-    return Settings(limits, tuple(problems), tuple(notes))
+    return Settings(limits, return_settings.copter_return(parameter), tuple(problems), tuple(notes))
 
 
 def slowing_factor(flown: GateReport, allowed: Limits) -> float:
@@ -162,27 +166,6 @@ def slowed_down(exploration: ProvenTrajectory, planned: Problem, allowed: Limits
         planned, limits=allowed, duration_s=planned.duration_s * factor, start=slower.motion_at(slower.start_s)
     )
     return gate.prove(slower, problem), problem
-
-
-class _Reading:
-    """Reads parameters that must be known."""
-
-    def __init__(self, parameter: Parameter) -> None:
-        self._parameter = parameter
-        self.unknown: list[str] = []
-
-    def needed(self, name: str) -> float | None:
-        value = self._parameter(name)
-        if value is None or not math.isfinite(value):
-            self.unknown.append(
-                f"{name} was not told: it decides what the vehicle does alone; check the link, try again"
-            )
-            return None
-        return value
-
-    def unsafe(self, *actions: left_alone.Action) -> list[str]:
-        """What must not be chosen of what must be known."""
-        return [problem for action in actions if (problem := action.problem(self.needed(action.name)))]
 
 
 def _copter_fence(kinds: int, parameter: Parameter, reach: Reach) -> list[str]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mission.mission_file import Mission
+from mission.site.descent import Descent
 from mission.site.fence import planned_fence
 
 if TYPE_CHECKING:
@@ -79,7 +80,7 @@ def endurance_budget(mission: Mission) -> EnduranceBudget:
         approach_s=way_s(over_home, start),
         path_s=mission.planner.duration_s,
         return_s=way_s(last, over_home) if returns else 0.0,
-        descent_s=max(float(landing_m), 0.0) / limits.max_descent_mps,
+        descent_s=Descent(limits.max_descent_mps).to_ground_s(float(landing_m)),
         reserve_s=mission.flight.reserve_fraction * mission.vehicle.endurance_s,
         endurance_s=mission.vehicle.endurance_s,
     )

@@ -1,9 +1,10 @@
 """A vehicle that flies, as telemetry tells it, and what its flying costs."""
 
-from mission.executive.monitors import Energy
+from mission.executive.energy import Energy
+from mission.site.descent import Descent
 from sim_bridge.state import FlightMode, LandedState, VehicleState
 
-ENERGY = Energy(1200.0, 0.15, 8.0, 3.0, 1.5)
+ENERGY = Energy(1200.0, 0.15, 8.0, 3.0, Descent(1.5))
 STATE = VehicleState(
     time_s=100.0,
     position_enu_m=(100.0, 0.0, 30.0),

@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 
+from mission.executive.energy import Energy
 from mission.executive.events import (
     Assignment,
     Checked,
@@ -20,9 +21,10 @@ from mission.executive.events import (
     Withdraw,
 )
 from mission.executive.executive import Executive
-from mission.executive.monitors import Energy, Monitors
+from mission.executive.monitors import Monitors
 from mission.executive.phases import Phase
 from mission.flying.ways import along
+from mission.site.descent import Descent
 from planner.information import uniform
 from planner.obstacles import Obstacle, ObstacleField
 from planner.problem import Limits, Problem
@@ -169,7 +171,7 @@ class Flight:
             fence_tolerance_m=1.0,
             max_track_error_m=3.0,
             track_margin_m=1.0,
-            energy=Energy(1200.0, 0.15, 5.0, 2.0, 1.5),
+            energy=Energy(1200.0, 0.15, 5.0, 2.0, Descent(1.5)),
             cruise_height_m=10.0,
         )
         self.known = KNOWN

@@ -27,7 +27,8 @@ def test_ways_are_reckoned_at_the_speed_that_is_flown_and_not_at_the_vehicle_s_g
         endurance_budget(load(sound, [*FAR, "obstacle=[]", f"vehicle.speed_reserve={share}"])) for share in (0.0, 0.4)
     )
     assert slow.climb_s == pytest.approx(fast.climb_s / 0.6)
-    assert slow.descent_s == pytest.approx(fast.descent_s / 0.6)
+    # The last ten metres are landed slowly by any vehicle.
+    assert slow.descent_s - 20.0 == pytest.approx((fast.descent_s - 20.0) / 0.6)
     assert slow.return_s > 1.5 * fast.return_s
 
 

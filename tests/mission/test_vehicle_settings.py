@@ -219,7 +219,7 @@ def test_a_slower_vehicle_brakes_more_gently_and_is_called_home_earlier():
     flight.run_to(Phase.CHECKING)
     place, home = (200.0, 0.0, 10.0), (0.0, 0.0, 0.0)
     before_s = flight.executive.monitors.energy.way_home_s(place, home, 10.0)
-    flight.tell(Checked((), limits=slow))
+    flight.tell(Checked((), limits=slow, energy=flight.executive.monitors.energy.within(slow)))
     assert flight.executive.monitors.energy.way_home_s(place, home, 10.0) > 2.0 * before_s
     flight.run_to(Phase.TRANSIT)
     assert flight.executive.course is not None
