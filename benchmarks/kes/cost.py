@@ -27,8 +27,8 @@ from planner.spectral_metric import SpectralMetric
 from planner.workspace import Workspace
 
 AXES, MODES, SAMPLES = (2, 3, 4, 5, 6), 8, 100
-HORIZONS = (100, 200, 400, 800, 1600)
-LONG = slice(2, None)
+HORIZONS = (100, 200, 400, 800, 1600, 3200)
+LONG = slice(3, None)
 REPEATS, TOGETHER = 100, 4
 SLOW_MS, SLOW_REPEATS = 100.0, 3
 MOST_MEMORY_BYTES = 1.5e9
