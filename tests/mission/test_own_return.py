@@ -8,7 +8,7 @@ import pytest
 
 from mission.executive.energy import Consumption
 from mission.executive.monitors import Alarm
-from mission.executive.own_return import Cone, OwnReturn
+from mission.executive.own_return import SETTLING_S, Cone, OwnReturn
 from mission.flying import preflight
 from mission.flying.return_settings import copter_return, px4_return
 from mission.flying.vehicle_settings import Reach, settings_of
@@ -71,18 +71,19 @@ def test_a_vehicle_left_alone_is_home_within_what_is_reckoned_and_little_sooner(
     north, east, down = away
     reckoned_s = read((defaults | changes).get).home_s((east, north, -down), HOME)
     took_s = alone_s(away, tuple(changes.items()))
-    assert 0.85 * reckoned_s - 2.0 < took_s < reckoned_s + 3.0
+    # The built-in vehicles settle at once.
+    assert 0.85 * (reckoned_s - SETTLING_S) - 2.0 < took_s < reckoned_s
 
 
 def test_right_above_home_no_more_is_reckoned_than_a_climb_that_px4_leaves_out():
     away = (3.0, 0.0, -8.0)
     reckoned_s = px4_return(px4_defaults.PARAMETERS.get).home_s((0.0, 3.0, 8.0), HOME)
-    assert 0.5 * reckoned_s < px4_alone_s(away, ()) < reckoned_s
+    assert 0.3 * reckoned_s < px4_alone_s(away, ()) < reckoned_s
 
 
 def test_it_goes_up_across_waits_and_comes_down():
     own = OwnReturn(30.0, 5.0, 2.0, Descent(1.5, 0.5, 10.0), "", wait_s=5.0)
-    down_s = 20.0 / 1.5 + 10.0 / 0.5
+    down_s = SETTLING_S + 20.0 / 1.5 + 10.0 / 0.5
     assert own.home_s((100.0, 0.0, 10.0), HOME) == pytest.approx(1.15 * (20.0 / 2.0 + 100.0 / 5.0) + 5.0 + down_s)
     assert own.home_s((100.0, 0.0, 60.0), HOME) == pytest.approx(1.15 * 100.0 / 5.0 + 5.0 + down_s + 30.0 / 1.5)
 
