@@ -32,13 +32,12 @@ from mission.executive.events import (
     Withdraw,
 )
 from mission.executive.executive import Executive
-from mission.executive.own_return import OwnReturn
 from mission.executive.phases import FINAL, STREAMING, Phase
 from mission.flying.belief import Belief
 from mission.flying.clock import FlightClock
 from mission.flying.flight_rules import energy_of, monitors_of
 from mission.flying.ground import Ground
-from mission.flying.return_settings import copter_return, px4_return
+from mission.flying.return_settings import own_return_of
 from mission.flying.ways import along
 from mission.loading import load
 from mission.mission_file import Mission
@@ -87,6 +86,10 @@ _PARAMETERS = {
     # As docs/flying.md tells a team to set them: hold when the stream ends, return above everything that stands around.
     Autopilot.PX4: (("COM_OBL_RC_ACT", 5.0), ("RTL_RETURN_ALT", 45.0)),
     Autopilot.ARDUPILOT: (("RTL_ALT", 4500.0),),
+}
+_SET = {
+    Autopilot.PX4: px4_defaults.PARAMETERS | dict(_PARAMETERS[Autopilot.PX4]),
+    Autopilot.ARDUPILOT: ardupilot_defaults.PARAMETERS | dict(_PARAMETERS[Autopilot.ARDUPILOT]),
 }
 CORNERS = np.array([[20.0, 20.0, 12.0], [95.0, 20.0, 12.0], [95.0, 75.0, 16.0], [30.0, 75.0, 14.0]])
 TICK_S = 0.01
@@ -191,7 +194,7 @@ class Rehearsal:
         self._link = VirtualLink(self._station, autopilot, origin)
         self._belief = Belief(known)
         self._pushed = [Pushed(fault, asked, self._belief) for fault in faults if isinstance(fault, ObstaclePushed)]
-        energy = energy_of(asked, known).told(_own_return(autopilot))
+        energy = energy_of(asked, known).told(own_return_of(autopilot, _SET[autopilot].get))
         limits = known.limits
         assignment = Assignment(
             exploration=along_corners(),
@@ -375,15 +378,6 @@ class Rehearsal:
         missing = [text for _, text in self._link.texts if f"vehicle: {text}" not in told]
         if missing:
             self.broken.setdefault("told", f"not told: {missing[0]}")
-
-
-def _own_return(autopilot: Autopilot) -> OwnReturn:
-    """As the checks before arming read it from the vehicle."""
-    match autopilot:
-        case Autopilot.PX4:
-            return px4_return((px4_defaults.PARAMETERS | dict(_PARAMETERS[autopilot])).get)
-        case Autopilot.ARDUPILOT:
-            return copter_return((ardupilot_defaults.PARAMETERS | dict(_PARAMETERS[autopilot])).get)
 
 
 def _station(

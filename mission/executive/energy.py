@@ -14,10 +14,9 @@ from sim_bridge.state import Vector
 _DETOUR = 1.15
 _LEAST_OBSERVATION_S = 60.0
 _LEAST_DROP = 0.03
-
-KEPT_ALONE = 0.5
-"""Of the reserve, what must be left after the vehicle's own return. (PX4 itself asks for a tenth more than its return
-takes, and 100 s: RTL_TIME_FACTOR, RTL_TIME_MARGIN.)"""
+# Of the reserve, what must be left after the vehicle's own return. (PX4 itself asks for a tenth more than its return
+# takes, and 100 s: RTL_TIME_FACTOR, RTL_TIME_MARGIN.)
+_KEPT_ALONE = 0.5
 
 STALE_CHARGE_S = 20.0
 """Vehicles tell their charge every second or so; one that is older than this is not told any more."""
@@ -90,12 +89,12 @@ class Energy:
         A vehicle that is left alone is of what nobody planned, so its own return may take a part of the reserve.
 
         Args:
-            way_home_s: Time to the ground at home.
+            way_home_s: Time until it is on the ground at home.
             alone_s: The same, if the vehicle returns by itself.
             fraction_per_s: What flying takes of the charge.
         """
         planned = way_home_s * fraction_per_s + self.reserve_fraction
-        return max(planned, alone_s * fraction_per_s + KEPT_ALONE * self.reserve_fraction)
+        return max(planned, alone_s * fraction_per_s + _KEPT_ALONE * self.reserve_fraction)
 
     def alone_s(self, position_m: Vector, home_m: Vector) -> float:
         """How long the vehicle's own return takes; zero as long as it is not known.

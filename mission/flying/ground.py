@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import functools
 import threading
 import time
 from collections.abc import Callable
@@ -13,7 +14,7 @@ from mission.executive.course import vector
 from mission.executive.energy import Energy
 from mission.executive.events import Assignment, Checked, FindWay, FlightMethod, Goal, MissionPlace
 from mission.executive.uploaded import is_blocked
-from mission.flying import preflight, vehicle_settings
+from mission.flying import preflight, return_settings, vehicle_settings
 from mission.flying.belief import Belief
 from mission.flying.pushes import Pushes, TakenIn
 from mission.flying.ways import find_way
@@ -87,7 +88,9 @@ class Ground:
             return Checked(tuple(misplaced))
         home = state.home_enu_m or state.position_enu_m
         reach = preflight.reach_of(planned, planned_fence(self.mission.site), home)
-        settings = vehicle_settings.settings_of(self._link.autopilot, self._link.parameter, planned.limits, reach)
+        # Each is asked for once: one that the vehicle does not have is answered by silence.
+        parameter = functools.cache(self._link.parameter)
+        settings = vehicle_settings.settings_of(self._link.autopilot, parameter, planned.limits, reach)
         exploration, problems = self._assignment.exploration, list(settings.problems)
         try:
             exploration, slower = vehicle_settings.slowed_down(exploration, planned, settings.limits)
@@ -95,7 +98,9 @@ class Ground:
                 self._belief.change(limits=slower.limits, duration_s=slower.duration_s, start=slower.start)
         except gate.GateRefused as refused:
             problems.append(f"flown as slowly as the vehicle can, {refused}")
-        energy = self._energy.within(settings.limits).told(settings.own_return)
+        energy = self._energy.within(settings.limits).told(
+            return_settings.own_return_of(self._link.autopilot, parameter)
+        )
         if not problems:
             problems += self._way_problems(state, home, exploration, energy)
         notes, places = list(settings.notes), ()

@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mission.executive.energy import KEPT_ALONE, STALE_CHARGE_S, Energy
+from mission.executive.energy import STALE_CHARGE_S, Energy
 from mission.executive.events import FlightEnd
 from mission.flying.vehicle_settings import Reach
 from mission.site.column import nearest_in_column
@@ -137,7 +137,7 @@ def energy_problems(
             + ": without it nothing calls it home in time; set up its battery monitor (PX4: BAT1_SOURCE, BAT1_N_CELLS, "
             "BAT1_CAPACITY; Copter: BATT_MONITOR, BATT_CAPACITY)"
         ]
-    needed = (way_out_s + exploration_s + way_home_s) / energy.endurance_s + energy.reserve_fraction
+    needed = energy.needed_fraction(way_out_s + exploration_s + way_home_s, 0.0, 1.0 / energy.endurance_s)
     if needed <= state.battery_fraction:
         return []
     return [
@@ -167,7 +167,7 @@ def own_return_problems(
     alone_s = np.array([energy.alone_s((east, north, up), home_m) for east, north, up in places.tolist()])
     flown_s = way_out_s + moments - from_s
     worst = int(np.argmax(flown_s + alone_s))
-    needed = (flown_s[worst] + alone_s[worst]) / energy.endurance_s + KEPT_ALONE * energy.reserve_fraction
+    needed = energy.needed_fraction(0.0, float(flown_s[worst] + alone_s[worst]), 1.0 / energy.endurance_s)
     if needed <= charge_fraction:
         return []
     return [

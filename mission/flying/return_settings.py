@@ -7,10 +7,20 @@ import math
 from mission.executive.own_return import Cone, OwnReturn
 from mission.flying.parameters import Parameter, Usual
 from mission.site.descent import Descent
+from sim_bridge.dialects import Autopilot
 
 _CENTI, _MILLI = 0.01, 0.001
 # Copter climbs to no less, however near home is.
 _COPTER_LEAST_M = 2.0
+
+
+def own_return_of(autopilot: Autopilot, parameter: Parameter) -> OwnReturn:
+    """How a vehicle of either autopilot returns by itself."""
+    match autopilot:
+        case Autopilot.PX4:
+            return px4_return(parameter)
+        case Autopilot.ARDUPILOT:
+            return copter_return(parameter)
 
 
 def px4_return(parameter: Parameter) -> OwnReturn:

@@ -9,7 +9,6 @@ from __future__ import annotations
 import dataclasses
 import math
 
-from mission.executive.own_return import OwnReturn
 from mission.flying import left_alone, return_settings
 from mission.flying.parameters import Needed, Parameter
 from planner import gate
@@ -44,13 +43,11 @@ class Settings:
 
     Attributes:
         limits: The smaller of the mission's and the vehicle's limits.
-        own_return: How it returns by itself.
         problems: What forbids the flight.
         notes: What is worth saying.
     """
 
     limits: Limits
-    own_return: OwnReturn
     problems: tuple[str, ...]
     notes: tuple[str, ...]
 
@@ -93,7 +90,7 @@ def px4_settings(parameter: Parameter, wanted: Limits, reach: Reach) -> Settings
         parameter("MPC_ACC_HOR_MAX") or parameter("MPC_ACC_HOR"),
         notes,
     )
-    return Settings(limits, return_settings.px4_return(parameter), tuple(problems), tuple(notes))
+    return Settings(limits, tuple(problems), tuple(notes))
 
 
 def copter_settings(parameter: Parameter, wanted: Limits, reach: Reach) -> Settings:
@@ -127,7 +124,7 @@ def copter_settings(parameter: Parameter, wanted: Limits, reach: Reach) -> Setti
         for value in map(parameter, ("WPNAV_SPEED", "WPNAV_SPEED_UP", "WPNAV_SPEED_DN", "WPNAV_ACCEL"))
     ]
     limits = _smaller(wanted, metres[0], metres[1], metres[2], metres[3], notes)
-    return Settings(limits, return_settings.copter_return(parameter), tuple(problems), tuple(notes))
+    return Settings(limits, tuple(problems), tuple(notes))
 
 
 def slowing_factor(flown: GateReport, allowed: Limits) -> float:

@@ -42,6 +42,7 @@ PARAMETERS: dict[str, float] = {
     "RALLY_INCL_HOME": 1,
     "RALLY_LIMIT_KM": 0.3,
     "RTL_ALT": 1500,
+    "RTL_ALT_FINAL": 0,
     "RTL_CONE_SLOPE": 3.0,
     "RTL_LOIT_TIME": 5000,
     "RTL_SPEED": 0,

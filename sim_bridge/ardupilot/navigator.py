@@ -140,7 +140,9 @@ class Navigator:
 
     def _landing(self) -> Landing:
         fast = self._parameters["LAND_SPEED_HIGH"] or self._parameters["WPNAV_SPEED_DN"]
-        return Landing(_CENTI * fast, _CENTI * self._parameters["LAND_SPEED"])
+        return Landing(
+            _CENTI * fast, _CENTI * self._parameters["LAND_SPEED"], _CENTI * self._parameters["LAND_ALT_LOW"]
+        )
 
     def _hold_here(self) -> None:
         self._held = self._body.stopping_place_ned_m(guidance.braking_mps2(self._body))
@@ -156,7 +158,16 @@ class Navigator:
             height = min(height, cone)
         down = min(body.home_ned_m[2] - height, body.position_ned_m[2])
         speed = _CENTI * (parameters["RTL_SPEED"] or parameters["WPNAV_SPEED"])
-        return Return(body, destination, down, speed, self._landing(), 1e-3 * parameters["RTL_LOIT_TIME"])
+        return Return(
+            body,
+            destination,
+            down,
+            body.rotor.limits.climb_mps,
+            speed,
+            self._landing(),
+            1e-3 * parameters["RTL_LOIT_TIME"],
+            _CENTI * parameters["RTL_ALT_FINAL"],
+        )
 
     def _destination(self) -> Vector:
         """Home, or the nearest rally point inside the fence, if it is nearer and within RALLY_LIMIT_KM."""

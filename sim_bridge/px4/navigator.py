@@ -148,14 +148,24 @@ class Navigator:
         return self._from_ground(self._hold())
 
     def _landing(self) -> Landing:
-        return Landing(self._parameters["MPC_Z_V_AUTO_DN"], self._parameters["MPC_LAND_SPEED"])
+        parameters = self._parameters
+        return Landing(parameters["MPC_Z_V_AUTO_DN"], parameters["MPC_LAND_SPEED"], parameters["MPC_LAND_ALT1"])
 
     def _cruise(self) -> float:
         return self.cruise_mps or self._parameters["MPC_XY_CRUISE"]
 
     def _new_return(self) -> Return:
         destination = self._destination()
-        return Return(self._body, destination, self._return_down_m(destination), self._cruise(), self._landing())
+        delay_s = self._parameters["RTL_LAND_DELAY"]
+        return Return(
+            self._body,
+            destination,
+            self._return_down_m(destination),
+            min(self._parameters["MPC_Z_V_AUTO_UP"], self._body.rotor.limits.climb_mps),
+            self._cruise(),
+            self._landing(),
+            delay_s if delay_s >= 0.0 else math.inf,
+        )
 
     def _destination(self) -> Vector:
         """Home, or the rally point that is nearer; those right at home do not count."""

@@ -16,7 +16,6 @@ TURN_TOWARDS_BEYOND_M = 3.0
 _NEAR_M = 1.0
 _LEVEL_WITHIN_M = 1.0
 _OVER_DESTINATION_M = 1.0
-_LANDING_FROM_M = 10.0
 
 
 def braking_mps2(body: Body) -> float:
@@ -84,14 +83,16 @@ class Landing:
     Attributes:
         high_mps: High above the ground.
         low_mps: Near the ground.
+        low_below_m: Height from which on it is near.
     """
 
     high_mps: float
     low_mps: float
+    low_below_m: float
 
     def target(self, body: Body, over_ned_m: Vector, yaw_rad: float) -> Target:
         """Down over a place."""
-        speed = self.high_mps if body.rotor.height_m > _LANDING_FROM_M else self.low_mps
+        speed = self.high_mps if body.rotor.height_m > self.low_below_m else self.low_mps
         return descend(over_ned_m, speed, yaw_rad)
 
 
@@ -111,9 +112,11 @@ class Return:
         body: Of the vehicle, at the moment the return begins.
         destination_ned_m: Home or a rally point.
         down_m: NED z to cross at.
+        climb_mps: Speed upwards.
         cruise_mps: Speed on the way.
         landing: How it comes down.
-        loiter_s: How long it waits above the destination.
+        loiter_s: How long it waits above the destination; infinite: it stays there.
+        final_m: Height above the destination at which it ends; zero: on the ground.
     """
 
     def __init__(
@@ -121,16 +124,20 @@ class Return:
         body: Body,
         destination_ned_m: Vector,
         down_m: float,
+        climb_mps: float,
         cruise_mps: float,
         landing: Landing,
         loiter_s: float = 0.0,
+        final_m: float = 0.0,
     ) -> None:
         x, y, _ = body.stopping_place_ned_m(braking_mps2(body))
         self._climb_to: Vector = (x, y, down_m)
         self._above: Vector = (*destination_ned_m[:2], down_m)
+        self._climb_mps = climb_mps
         self._cruise_mps = cruise_mps
         self._landing = landing
         self._loiter_s = loiter_s
+        self._end: Vector | None = (*destination_ned_m[:2], destination_ned_m[2] - final_m) if final_m > 0.0 else None
         self._arrived_s = 0.0
         self._yaw_rad = body.rotor.yaw_rad
         self.leg = Leg.CLIMB
@@ -139,7 +146,7 @@ class Return:
         """What to do now."""
         if self.leg is Leg.CLIMB:
             if abs(body.position_ned_m[2] - self._climb_to[2]) > _LEVEL_WITHIN_M:
-                return climb(body, self._climb_to, body.rotor.limits.climb_mps, self._yaw_rad)
+                return climb(body, self._climb_to, self._climb_mps, self._yaw_rad)
             self.leg = Leg.CROSS
         if self.leg is Leg.CROSS:
             if not is_at(body, self._above, _OVER_DESTINATION_M, math.inf):
@@ -150,4 +157,6 @@ class Return:
             if body.time_s - self._arrived_s < self._loiter_s:
                 return hold(self._above, self._yaw_rad)
             self.leg = Leg.DESCEND
+        if self._end is not None:
+            return climb(body, self._end, self._landing.high_mps, self._yaw_rad)
         return self._landing.target(body, self._above, self._yaw_rad)

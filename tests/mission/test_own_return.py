@@ -75,6 +75,31 @@ def test_a_vehicle_left_alone_is_home_within_what_is_reckoned_and_little_sooner(
     assert 0.85 * (reckoned_s - SETTLING_S) - 2.0 < took_s < reckoned_s
 
 
+@pytest.mark.parametrize(
+    ("station", "changes", "ends_m"),
+    [(px4, {"RTL_LAND_DELAY": -1.0, "RTL_RETURN_ALT": 25.0}, 25.0), (copter, {"RTL_ALT_FINAL": 300}, 3.0)],
+    ids=["px4", "ardupilot"],
+)
+def test_the_built_in_vehicle_stays_up_where_its_parameters_say_so(station, changes, ends_m):
+    gs = station.station(parameters=tuple(changes.items()))
+    away = (40.0, 0.0, -8.0)
+    if station is px4:
+        gs.take_off(5.0)
+        gs.wait(1.0, do=lambda: gs.setpoint(away, mask=POSITION_ONLY))
+        gs.px4_mode(OFFBOARD)
+        gs.wait(20.0, do=lambda: gs.setpoint(away, mask=POSITION_ONLY))
+        gs.px4_mode(RETURN)
+    else:
+        copter.take_off(gs, 5.0)
+        gs.setpoint(away, mask=POSITION_ONLY)
+        gs.wait(20.0)
+        copter.set_mode(gs, copter.RTL)
+    gs.wait(120.0)
+    assert gs.armed
+    assert math.hypot(*gs.position[:2]) < 1.0
+    assert gs.vehicle.body.rotor.height_m == pytest.approx(ends_m, abs=1.0)
+
+
 def test_right_above_home_no_more_is_reckoned_than_a_climb_that_px4_leaves_out():
     away = (3.0, 0.0, -8.0)
     reckoned_s = px4_return(px4_defaults.PARAMETERS.get).home_s((0.0, 3.0, 8.0), HOME)

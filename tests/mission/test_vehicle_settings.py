@@ -9,6 +9,7 @@ import pytest
 from mission.executive.events import Checked
 from mission.executive.phases import Phase
 from mission.flying.connecting import as_told
+from mission.flying.return_settings import own_return_of
 from mission.flying.vehicle_settings import Reach, settings_of, slowed_down, slowing_factor
 from mission.flying.ways import along
 from mission.loading import load
@@ -235,6 +236,7 @@ def test_the_page_on_flying_gives_every_parameter_that_is_looked_at():
 
     for autopilot in Autopilot:
         settings_of(autopilot, parameter, WANTED, NEAR)
+        own_return_of(autopilot, parameter)
     page = (Path(__file__).parents[2] / "docs" / "flying.md").read_text(encoding="utf-8")
     # Of a greatest and a usual acceleration the greatest counts; the other is read where there is none.
     assert {name for name in looked_at - {"MPC_ACC_HOR"} if f"`{name}`" not in page} == set()
