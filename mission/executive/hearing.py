@@ -213,12 +213,20 @@ class Hearing:
         self._doubt_charge(state)
         if Alarm.BATTERY_LOW in alarms and not self._charge_told:
             self._charge_told = True
-            self._machine.say("the charge left is less than the way home needs", warning=True)
+            self._machine.say(f"the charge left is less than the way home needs{self._alone(state)}", warning=True)
         if self._phase is Phase.HOLDING and interruption.passes:
             near = Alarm.TOO_CLOSE in alarms or Alarm.OFF_TRACK in alarms
             trigger = interruption.observe(not near and self._keeper.stands(now_s), now_s)
             if trigger is not None:
                 self._fire(trigger, now_s)
+
+    def _alone(self, state: VehicleState) -> str:
+        """How long the vehicle's own return takes, as words; empty: not known."""
+        energy, home_m = self.monitors.energy, self._vehicle.home_m
+        if energy.own_return is None or home_m is None:
+            return ""
+        takes_s = energy.alone_s(state.position_enu_m, home_m)
+        return f" (the vehicle's own return takes {takes_s:.0f} s from here: {energy.own_return.named})"
 
     def _doubt_charge(self, state: VehicleState) -> None:
         """Say once that another charge is reckoned with than the one that is told."""

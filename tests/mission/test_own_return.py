@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 from mission.executive.energy import Consumption
+from mission.executive.events import Checked
 from mission.executive.monitors import Alarm
 from mission.executive.own_return import SETTLING_S, Cone, OwnReturn
+from mission.executive.phases import Phase
 from mission.flying import preflight
 from mission.flying.return_settings import copter_return, px4_return
 from mission.flying.vehicle_settings import Reach, settings_of
@@ -19,6 +21,7 @@ from sim_bridge.ardupilot import defaults as ardupilot_defaults
 from sim_bridge.dialects import Autopilot
 from sim_bridge.px4 import defaults as px4_defaults
 from tests.mission.flying_vehicle import ENERGY, STATE
+from tests.mission.rehearsed_flight import Flight
 from tests.mission.test_monitors import MONITORS
 from tests.sim_bridge import test_ardupilot as copter
 from tests.sim_bridge import test_px4_plans as px4
@@ -140,6 +143,18 @@ def test_the_charge_is_kept_for_whichever_way_home_takes_longer():
     enough = high.home_s(state.position_enu_m, HOME) / ENERGY.endurance_s + 0.5 * ENERGY.reserve_fraction
     for share, found in ((0.999, (Alarm.BATTERY_LOW,)), (1.001, ())):
         assert alone.alarms(state, HOME, Consumption.begin(share * enough, 0.0, ENERGY), None) == found
+
+
+def test_a_flight_that_turns_back_for_it_says_how_long_it_takes_and_by_which_parameters():
+    flight = Flight()
+    flight.run_to(Phase.CHECKING)
+    # From nowhere would so slow a return end before the battery does.
+    slow = dataclasses.replace(px4_return({}.get), cruise_mps=0.02)
+    flight.tell(Checked((), energy=flight.executive.monitors.energy.told(slow)))
+    flight.run_to(Phase.RETURNING)
+    (said,) = [text for text in flight.said if "the charge left is less" in text]
+    assert "own return takes" in said
+    assert "MPC_XY_CRUISE and RTL_RETURN_ALT" in said
 
 
 def test_the_vehicle_lands_as_slowly_as_it_says():
