@@ -22,7 +22,7 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.faults.rehearsal import along_corners, mission, problem
+from benchmarks.faults.pillar import along_corners, mission, problem
 from benchmarks.timing import machine
 from mission.executive.events import (
     Assignment,

@@ -7,7 +7,8 @@ import pytest
 
 from benchmarks.faults import rehearsal
 from benchmarks.faults.matrix import FAULTS, Cell, cells, fly_cell
-from benchmarks.faults.rehearsal import Rehearsal, clearance_m, outside_fence_m
+from benchmarks.faults.pillar import clearance_m, outside_fence_m
+from benchmarks.faults.rehearsal import Rehearsal
 from benchmarks.faults.virtual_link import VirtualLink
 from benchmarks.faults.witness import STALE_S, Witness
 from mission.executive.phases import Phase

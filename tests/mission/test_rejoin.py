@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from benchmarks.faults.rehearsal import Rehearsal, problem
+from benchmarks.faults.pillar import problem
+from benchmarks.faults.rehearsal import Rehearsal
 from mission.executive.course import Course
 from mission.executive.phases import STREAMING, Phase
 from mission.flying.ways import along
