@@ -49,7 +49,7 @@ OF_LIBRARIES: dict[str, tuple[str, ...]] = {
     ),
     "flight_mode comes from the heartbeat, so it can be 1 s stale.": (
         "test_px4_commands::test_the_heartbeat_shows_a_change_up_to_a_second_after_the_ack",
-        "test_link_parts::test_without_positions_the_heartbeat_still_tells_the_mode",
+        "test_link_telemetry::test_without_positions_the_heartbeat_still_tells_the_mode",
     ),
     "**pymavlink 2.4.50** is the codec of the built-in vehicle:": (
         LIBRARIES,

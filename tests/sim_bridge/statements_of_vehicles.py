@@ -104,7 +104,7 @@ OF_VEHICLES: dict[str, tuple[str, ...]] = {
         "test_px4_commands::test_modes_are_main_and_sub_mode",
         "test_px4_commands::test_take_off_is_above_sea_level_and_ends_in_hold",
         "test_px4_offboard::test_when_setpoints_resume_it_enters_offboard_again_by_itself",
-        "test_link_parts::test_modes_mean_the_same_on_both_autopilots",
+        "test_link_telemetry::test_modes_mean_the_same_on_both_autopilots",
     ),
     "Heartbeat 1 Hz; acks in 1–15 ms, the heartbeat shows the change up to 1 s later: wait for it.": (
         "test_px4_commands::test_the_heartbeat_comes_once_a_second_and_is_a_px4_quadrotors",
@@ -114,7 +114,7 @@ OF_VEHICLES: dict[str, tuple[str, ...]] = {
     ),
     "system_status 0 → 3 ready → 4 armed → 5 in failsafe.": (
         "test_px4_offboard::test_the_status_goes_from_nothing_to_ready_to_armed_to_failsafe",
-        "test_link_parts::test_a_failsafe_is_the_heartbeats_status",
+        "test_link_telemetry::test_a_failsafe_is_the_heartbeats_status",
     ),
     "Ready = SYS_STATUS health bit 0x10000000, some 36 s after boot;": (
         "test_px4_commands::test_it_is_ready_some_36_seconds_after_boot",
@@ -198,7 +198,7 @@ OF_VEHICLES: dict[str, tuple[str, ...]] = {
     ),
     "MISSION_ITEM_REACHED repeats each second: de-duplicate.": (
         "test_px4_plans::test_a_mission_is_flown_item_after_item_and_reached_is_repeated_each_second",
-        "test_link_parts::test_repeated_reports_of_a_reached_item_are_told_once",
+        "test_link_telemetry::test_repeated_reports_of_a_reached_item_are_told_once",
     ),
     "DO_SET_MISSION_CURRENT is UNSUPPORTED: send MISSION_SET_CURRENT.": (
         "test_px4_commands::test_an_unknown_command_is_unsupported_and_one_for_another_system_fails",
@@ -233,8 +233,8 @@ OF_VEHICLES: dict[str, tuple[str, ...]] = {
     "custom_mode plain: STABILIZE 0, AUTO 3, GUIDED 4, LOITER 5, RTL 6, LAND 9.": (
         "test_ardupilot::test_the_heartbeat_is_a_copters_and_its_mode_a_plain_number",
         "test_ardupilot::test_land_and_return_end_on_the_ground_disarmed",
-        "test_ardupilot::test_auto_flies_the_mission",
-        "test_link_parts::test_modes_mean_the_same_on_both_autopilots",
+        "test_ardupilot_plans::test_auto_flies_the_mission",
+        "test_link_telemetry::test_modes_mean_the_same_on_both_autopilots",
     ),
     "Only HEARTBEAT and STATUSTEXT arrive until streams are requested.": (
         "test_ardupilot::test_only_heartbeats_and_texts_come_until_more_is_asked_for",
@@ -269,32 +269,32 @@ OF_VEHICLES: dict[str, tuple[str, ...]] = {
         "test_fault_witness::test_a_number_that_is_none_is_noticed",
     ),
     "Missions: item 0 is home; items are asked for only with MISSION_REQUEST;": (
-        "test_ardupilot::test_items_come_back_in_frame_3_and_item_0_is_home",
-        "test_ardupilot::test_items_are_asked_for_only_with_mission_request",
+        "test_ardupilot_plans::test_items_come_back_in_frame_3_and_item_0_is_home",
+        "test_ardupilot_plans::test_items_are_asked_for_only_with_mission_request",
     ),
     "a lost one every 1.0 s for 8 s, then MISSION_ACK OPERATION_CANCELLED (15).": (
-        "test_ardupilot::test_a_lost_item_is_asked_for_every_second_for_eight_seconds_then_the_upload_is_cancelled",
+        "test_ardupilot_plans::test_a_lost_item_is_asked_for_every_second_for_eight_seconds_then_the_upload_is_cancelled",
         "test_plan_transfer::test_an_upload_that_ardupilot_gave_up_leaves_the_first_new_items_in_the_old_plan",
     ),
     "At most 650 items (NO_SPACE).": (
-        "test_ardupilot::test_more_than_650_items_have_no_space",
+        "test_ardupilot_plans::test_more_than_650_items_have_no_space",
         "test_exports::test_a_plan_of_more_items_than_ardupilot_holds_is_refused_with_what_to_do",
     ),
     "NaN altitude, latitude 95: INVALID_PARAM7, INVALID_PARAM5_X.": (
-        "test_ardupilot::test_nonsense_is_refused_by_parameter",
+        "test_ardupilot_plans::test_nonsense_is_refused_by_parameter",
     ),
     "NaN in unused params may be refused: send 0.": (
         "test_ardupilot_answers::test_nan_in_a_parameter_that_is_not_used_may_be_refused_and_nought_is_taken",
         LINK_UPLOADS,
     ),
     "Items come back in frame 3 and with small changes: compare by meaning.": (
-        "test_ardupilot::test_items_come_back_in_frame_3_and_item_0_is_home",
+        "test_ardupilot_plans::test_items_come_back_in_frame_3_and_item_0_is_home",
         "test_ardupilot_answers::test_heights_come_back_in_whole_centimetres_above_home",
         "test_plan_transfer::test_of_a_waypoint_copter_keeps_the_delay_alone",
         LINK_UPLOADS,
     ),
     "A second ground station uploading: DENIED.": (
-        "test_ardupilot::test_a_second_ground_station_that_uploads_meanwhile_is_denied",
+        "test_ardupilot_plans::test_a_second_ground_station_that_uploads_meanwhile_is_denied",
         "test_faults::test_a_second_station_that_uploads_keeps_ours_out_for_some_seconds",
     ),
     "Tracking the same circle: position only 1.72 m, position+velocity 0.39 m, with acceleration 0.16 m.": (

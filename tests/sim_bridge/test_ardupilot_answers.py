@@ -10,13 +10,12 @@ from tests.sim_bridge.test_ardupilot import (
     GROUND,
     GUIDED,
     STABILIZE,
-    item,
     mode,
     set_mode,
     station,
     take_off,
-    upload,
 )
+from tests.sim_bridge.test_ardupilot_plans import item, upload
 
 FAILED = mavlink.MAV_RESULT_FAILED
 

@@ -3,6 +3,7 @@
 import pytest
 
 from tests.sim_bridge import test_ardupilot as copter
+from tests.sim_bridge import test_ardupilot_plans as copter_plans
 from tests.sim_bridge import test_px4_plans as px4
 from tests.sim_bridge.ground_station import HOLD, OFFBOARD, VELOCITY_ONLY, GroundStation, mavlink
 
@@ -62,7 +63,7 @@ def test_px4_holds_where_an_area_ends(fence):
 def test_copter_returns_where_an_area_ends_if_it_watches_them(fence, watched):
     polygons = 4
     gs = copter.station(parameters=(("FENCE_ENABLE", 1), ("FENCE_TYPE", polygons if watched else 1)))
-    assert copter.upload(gs, fence, FENCES) == mavlink.MAV_MISSION_ACCEPTED
+    assert copter_plans.upload(gs, fence, FENCES) == mavlink.MAV_MISSION_ACCEPTED
     copter.take_off(gs)
     gs.wait(8.0, do=lambda: northward(gs))
     assert copter.mode(gs) == copter.GUIDED

@@ -5,7 +5,7 @@ import pytest
 from sim_bridge.codec import mavlink
 from sim_bridge.frames import VehicleFrame
 from sim_bridge.link.telemetry import Telemetry
-from tests.sim_bridge.test_link_parts import ORIGIN, complete, position
+from tests.sim_bridge.vehicle_messages import ORIGIN, complete, position
 
 
 def battery(identity, percent, function=mavlink.MAV_BATTERY_FUNCTION_ALL):

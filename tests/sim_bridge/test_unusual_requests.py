@@ -3,6 +3,7 @@
 import pytest
 
 from tests.sim_bridge import test_ardupilot as copter
+from tests.sim_bridge import test_ardupilot_plans as copter_plans
 from tests.sim_bridge import test_px4_plans as px4
 from tests.sim_bridge.ground_station import OFFBOARD, GroundStation, mavlink
 
@@ -68,8 +69,8 @@ def test_copter_takes_a_fence_while_a_mission_is_uploaded():
     gs.send(mavlink.MAVLink_mission_count_message(1, 1, 1, FENCES))
     (ack,) = gs.send(px4.circle_fence(50.0)[0])
     assert (ack.type, ack.mission_type) == (mavlink.MAV_MISSION_ACCEPTED, FENCES)
-    gs.send(copter.item(0))
-    (ack,) = (reply for reply in gs.send(copter.item(1)) if reply.get_type() == "MISSION_ACK")
+    gs.send(copter_plans.item(0))
+    (ack,) = (reply for reply in gs.send(copter_plans.item(1)) if reply.get_type() == "MISSION_ACK")
     assert (ack.type, ack.mission_type) == (mavlink.MAV_MISSION_ACCEPTED, MISSIONS)
 
 
@@ -95,7 +96,10 @@ def test_copter_judges_a_fence_as_a_whole(fence, text):
 @pytest.mark.parametrize("target", [0.0, 3.0, 65536.0, 3e38])
 def test_copter_refuses_a_jump_to_an_item_that_is_not_there(target):
     jump = mavlink.MAVLink_mission_item_int_message(1, 1, 2, 2, 177, 0, 1, target, 1, 0, 0, 0, 0, 0, MISSIONS)
-    assert copter.upload(copter.station(), [copter.item(0), copter.item(1), jump]) == mavlink.MAV_MISSION_ERROR
+    assert (
+        copter_plans.upload(copter.station(), [copter_plans.item(0), copter_plans.item(1), jump])
+        == mavlink.MAV_MISSION_ERROR
+    )
 
 
 def test_copter_takes_off_to_a_height_above_home_only():
