@@ -1,14 +1,15 @@
 """How different the candidates of a set are.
 
-| symbol  | identifier               | unit | shape             |
-|---------|--------------------------|------|-------------------|
-| d_ij    | `rms_distances()`        | unit | particle particle |
-| F_ij    | `frechet_distances()`    | unit | particle particle |
-| h       | `BANDWIDTH_UNIT2`        | unit²|                   |
-| K, K_F  | exp(−d²/h), exp(−F²/h)   | 1    | particle particle |
+| symbol  | identifier                 | unit | shape             |
+|---------|----------------------------|------|-------------------|
+| d_ij    | `rms_distances()`          | unit | particle particle |
+| F_ij    | `frechet_distances()`      | unit | particle particle |
+| h       | `TIME_BANDWIDTH_UNIT2`     | unit²|                   |
+| h_F     | `FRECHET_BANDWIDTH_UNIT2`  | unit²|                   |
+| K, K_F  | exp(−d²/h), exp(−F²/h_F)   | 1    | particle particle |
 
 All distances are taken in the unit cube. d compares two paths moment by moment, F (the discrete Fréchet distance) place
-by place in order of travel, so that the same route at another pace counts as the same plan. The bandwidth is fixed, or
+by place in order of travel, so that the same route at another pace counts as the same plan. Bandwidths are fixed, or
 sets could not be compared with each other.
 """
 
@@ -19,8 +20,12 @@ import dataclasses
 import numpy as np
 from jaxtyping import Float
 
-BANDWIDTH_UNIT2 = 0.1
-"""h of every kernel here: at a distance of 0.32 of the cube's edge two paths are alike to 1/e."""
+TIME_BANDWIDTH_UNIT2 = 0.05
+"""h: paths that cover a square independently of each other (d² = 1/3) are alike to a thousandth, and det K of twenty of
+them is 0.999. With 0.1 no twenty paths that cover it evenly could exceed 0.88, however different."""
+
+FRECHET_BANDWIDTH_UNIT2 = 0.1
+"""h_F: at a distance of 0.32 of the cube's edge two paths are alike to 1/e."""
 
 MOST_FRECHET_SAMPLES = 128
 """Paths are thinned to this many samples for the Fréchet distance, whose cost is quadratic in them."""
@@ -68,8 +73,8 @@ def diversity(paths_unit: Float[np.ndarray, "particle time 3"]) -> Diversity:
     if count == 1:
         return Diversity(determinant=0.0, mean_pair_distance=0.0, frechet=0.0, effective_plans=1.0)
     distances = rms_distances(paths)
-    in_time = _eigenvalues(distances)
-    in_place = _eigenvalues(frechet_distances(paths))
+    in_time = _eigenvalues(distances, TIME_BANDWIDTH_UNIT2)
+    in_place = _eigenvalues(frechet_distances(paths), FRECHET_BANDWIDTH_UNIT2)
     # 1 − det without the cancellation near one; det = 1 to the last digit gives −log ε.
     missing = -np.expm1(np.log(in_place).sum()) if (in_place > 0.0).all() else 1.0
     share = in_place[in_place > 0.0] / in_place.sum()
@@ -123,6 +128,8 @@ def _frechet(
     return np.sqrt(last[samples])
 
 
-def _eigenvalues(distances: Float[np.ndarray, "particle particle"]) -> Float[np.ndarray, "particle"]:
+def _eigenvalues(
+    distances: Float[np.ndarray, "particle particle"], bandwidth_unit2: float
+) -> Float[np.ndarray, "particle"]:
     """Eigenvalues of exp(−d²/h), at least zero: on the Fréchet distance the kernel need not be positive definite."""
-    return np.maximum(np.linalg.eigvalsh(np.exp(-(distances**2) / BANDWIDTH_UNIT2)), 0.0)
+    return np.maximum(np.linalg.eigvalsh(np.exp(-(distances**2) / bandwidth_unit2)), 0.0)

@@ -7,7 +7,13 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from planner.diversity import BANDWIDTH_UNIT2, Diversity, diversity, frechet_distances
+from planner.diversity import (
+    FRECHET_BANDWIDTH_UNIT2,
+    TIME_BANDWIDTH_UNIT2,
+    Diversity,
+    diversity,
+    frechet_distances,
+)
 
 
 def straight(offset: float, samples: int = 20) -> np.ndarray:
@@ -44,9 +50,9 @@ def test_the_frechet_distance_equals_the_recursion() -> None:
 def test_two_parallel_paths_have_the_closed_form() -> None:
     offset = 0.2
     measured = diversity(np.stack([straight(0.0), straight(offset)]))
-    alike = np.exp(-(offset**2) / BANDWIDTH_UNIT2)
     assert measured.mean_pair_distance == pytest.approx(offset)
-    assert measured.determinant == pytest.approx(1.0 - alike**2)
+    assert measured.determinant == pytest.approx(1.0 - np.exp(-2.0 * offset**2 / TIME_BANDWIDTH_UNIT2))
+    alike = np.exp(-(offset**2) / FRECHET_BANDWIDTH_UNIT2)
     assert measured.frechet == pytest.approx(-np.log(alike**2))
     share = np.array([1.0 + alike, 1.0 - alike]) / 2.0
     assert measured.effective_plans == pytest.approx(np.exp(-(share * np.log(share)).sum()))
@@ -66,6 +72,12 @@ def test_copies_are_one_plan_and_far_paths_are_as_many_as_there_are() -> None:
     assert far.effective_plans == pytest.approx(5.0)
     assert np.isfinite(far.frechet)
     assert far.frechet > 30.0
+
+
+def test_paths_that_cover_a_square_independently_of_each_other_count_as_different() -> None:
+    unrelated = np.random.default_rng(3).uniform(size=(20, 400, 2))
+    measured = diversity(np.concatenate([unrelated, np.full((20, 400, 1), 0.5)], axis=-1))
+    assert 0.998 < measured.determinant < 1.0
 
 
 def test_another_pace_is_another_motion_but_the_same_plan() -> None:
