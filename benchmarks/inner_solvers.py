@@ -35,7 +35,7 @@ class AdamState(eqx.Module):
     refused: Int[Array, ""]
 
 
-def adam_init(_objective: lbfgs.ValueAndGradient, position: Float[Array, "size"], _first_step: float) -> AdamState:
+def adam_init(position: Float[Array, "size"], _first_step: float) -> AdamState:
     """In the place of `lbfgs.init`."""
     none, zero = jnp.zeros_like(position), jnp.zeros((), jnp.int32)
     return AdamState(position, none, none, zero, zero)
@@ -53,9 +53,15 @@ def adam_step(objective: lbfgs.ValueAndGradient, state: AdamState) -> tuple[Adam
 
 
 def gauss_newton_step(
-    scene: Scene, state: State, penalty: Float[Array, ""], inner_steps: Int[Array, ""]
+    scene: Scene, states: State, penalty: Float[Array, ""], inner_steps: Int[Array, ""]
 ) -> tuple[State, Info]:
     """In the place of `augmented_lagrangian.step`: the round's objective is a sum of squares, and so linearised."""
+    return jax.vmap(lambda state: _gauss_newton(scene, state, penalty, inner_steps))(states)
+
+
+def _gauss_newton(
+    scene: Scene, state: State, penalty: Float[Array, ""], inner_steps: Int[Array, ""]
+) -> tuple[State, Info]:
     shape = state.free.shape
     cosines, scale = jnp.asarray(cosine_basis(shape[0])), frequency_scale(scene, shape[0], penalty)
     assert isinstance(scene.metric, SpectralMetric)

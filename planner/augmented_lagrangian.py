@@ -67,8 +67,12 @@ def init(scene: Scene, free: Float[Array, "free axis"]) -> State:
     control = scene.control_points(free)
     positions = scene.positions(control)
     count = jax.eval_shape(scene.constraints, control, positions).shape[0]
-    reference = jnp.maximum(scene.ergodic_metric(positions), SMALLEST_METRIC)
-    return State(free, jnp.zeros(count, free.dtype), reference)
+    return State(free, jnp.zeros(count, free.dtype), reference_of(scene, free))
+
+
+def reference_of(scene: Scene, free: Float[Array, "free axis"]) -> Float[Array, ""]:
+    """E_ref to begin with."""
+    return jnp.maximum(scene.ergodic_metric(scene.positions(scene.control_points(free))), SMALLEST_METRIC)
 
 
 def penalised(
@@ -81,37 +85,42 @@ def penalised(
     return scene.ergodic_metric(positions) / reference + scene.effort(control) + 0.5 * penalty * jnp.sum(broken**2)
 
 
-def step(scene: Scene, state: State, penalty: Float[Array, ""], inner_steps: Int[Array, ""]) -> tuple[State, Info]:
-    """One round: minimise, then update the multipliers.
+def step(scene: Scene, states: State, penalty: Float[Array, ""], inner_steps: Int[Array, ""]) -> tuple[State, Info]:
+    """One round of every candidate, each on its own: minimise, then update the multipliers.
 
     Args:
-        scene: What the candidate is measured against.
-        state: The candidate.
+        scene: What the candidates are measured against.
+        states: The candidates, along a first axis.
         penalty: ρ of this round.
-        inner_steps: Evaluations spent on the round's minimisation.
+        inner_steps: Moves tried in the round's minimisation.
     """
-    shape = state.free.shape
+    shape = states.free.shape[1:]
     cosines = jnp.asarray(cosine_basis(shape[0]))
     scale = frequency_scale(scene, shape[0], penalty)
 
-    def free_of(flat: Float[Array, "size"]) -> Float[Array, "free axis"]:
+    def free_of(state: State, flat: Float[Array, "size"]) -> Float[Array, "free axis"]:
         return state.free + cosines @ (scale * flat.reshape(shape))
 
-    def objective(flat: Float[Array, "size"]) -> Float[Array, ""]:
-        control = scene.control_points(free_of(flat))
-        positions = scene.positions(control)
-        pushed = jnp.maximum(0.0, state.multipliers + penalty * scene.constraints(control, positions))
-        return (
-            scene.ergodic_metric(positions) / state.reference
-            + scene.effort(control)
-            + jnp.sum(pushed**2 - state.multipliers**2) / (2.0 * penalty)
-        )
+    def tried(state: State, inner: lbfgs.State) -> lbfgs.State:
+        def objective(flat: Float[Array, "size"]) -> Float[Array, ""]:
+            control = scene.control_points(free_of(state, flat))
+            positions = scene.positions(control)
+            pushed = jnp.maximum(0.0, state.multipliers + penalty * scene.constraints(control, positions))
+            return (
+                scene.ergodic_metric(positions) / state.reference
+                + scene.effort(control)
+                + jnp.sum(pushed**2 - state.multipliers**2) / (2.0 * penalty)
+            )
 
-    value_and_gradient = jax.value_and_grad(objective)
-    inner = lbfgs.init(value_and_gradient, jnp.zeros(state.free.size, state.free.dtype), FIRST_STEP_UNIT)
+        return lbfgs.step(jax.value_and_grad(objective), inner)[0]
 
-    inner = jax.lax.fori_loop(0, inner_steps, lambda _, inner: lbfgs.step(value_and_gradient, inner)[0], inner)
-    return concluded(scene, state, free_of(inner.position), penalty, 1.0 - inner.refused / inner_steps)
+    def ended(state: State, inner: lbfgs.State) -> tuple[State, Info]:
+        return concluded(scene, state, free_of(state, inner.position), penalty, 1.0 - inner.refused / inner_steps)
+
+    begins = jax.vmap(lambda free: lbfgs.init(jnp.zeros_like(free).reshape(-1), FIRST_STEP_UNIT))(states.free)
+    # Around the batch and not in it, as that would be traced three times over. The first turn looks at the start.
+    inner = jax.lax.fori_loop(0, inner_steps + 1, lambda _, inner: jax.vmap(tried)(states, inner), begins)
+    return jax.vmap(ended)(states, inner)
 
 
 def concluded(

@@ -20,11 +20,13 @@ What makes it cheap, and smooth enough to descend:
    where something was swept once.
 3. B bounds E_d from below by zero: no effort of the same area finds more by the same law, wherever it is put.
 4. Samples much closer than a radius are left out, and cells much finer than one taken together.
+5. Its derivative is written out: two more products, with a quarter of the time that differentiating the tables takes.
 """
 
 from __future__ import annotations
 
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -102,23 +104,73 @@ class DetectionMetric(eqx.Module):
         """
         places = (position_unit * self.lengths_m)[:: self.stride, :2]
         steps = jnp.sqrt(jnp.sum(jnp.diff(places, axis=0) ** 2, axis=1) + 1e-6)
-        middles = 0.5 * (places[1:] + places[:-1])
-        east, north = (self._seen(middles[:, axis], edges) for axis, edges in enumerate(self.edges_m))
-        sweeps = 2.0 * self.radius_m * ((east * steps) @ north.T)
-        return self.most_found - jnp.sum(self.probability * -jnp.expm1(-self.rate * sweeps))
+        return _left_undone(self, 0.5 * (places[1:] + places[:-1]), steps)
 
-    def _seen(self, at_m: Float[Array, "time"], edges_m: Float[Array, "edge"]) -> Float[Array, "cell time"]:
-        """Mean over every cell of one axis of a box with sloping edges and unit mass about each place, 1/m."""
+    def seen(
+        self, at_m: Float[Array, "time"], edges_m: Float[Array, "edge"]
+    ) -> tuple[Float[Array, "cell time"], Float[Array, "cell time"]]:
+        """How much of what is seen from each place falls into a cell of one axis.
+
+        Args:
+            at_m: Places along the axis.
+            edges_m: Edges of its cells.
+
+        Returns:
+            Mean over every cell of a box with sloping edges and unit mass about each place, 1/m, and its derivative by
+            the place, 1/m².
+        """
         half_m, edge_m = 0.5 * np.sqrt(np.pi) * self.radius_m, EDGE_SHARE * self.radius_m
         away = edges_m[:, None] - at_m[None]
+        before, behind = (away + half_m) / edge_m, (away - half_m) / edge_m
         # The box is ramp((x + half)/edge) − ramp((x − half)/edge); its mean over a cell is a difference of ∫ramp.
-        rising = _ramped((away + half_m) / edge_m) - _ramped((away - half_m) / edge_m)
-        return jnp.diff(rising, axis=0) * (edge_m / (2.0 * half_m)) / jnp.diff(edges_m)[:, None]
+        share = 1.0 / (2.0 * half_m * jnp.diff(edges_m)[:, None])
+        mean = jnp.diff(_ramped(before) - _ramped(behind), axis=0) * edge_m * share
+        return mean, -jnp.diff(_ramp(before) - _ramp(behind), axis=0) * share
+
+
+@jax.custom_vjp
+def _left_undone(
+    metric: DetectionMetric, middle_m: Float[Array, "time 2"], step_m: Float[Array, "time"]
+) -> Float[Array, ""]:
+    """E_d of steps of given lengths about given places."""
+    (east, _), (north, _) = (metric.seen(middle_m[:, axis], edges) for axis, edges in enumerate(metric.edges_m))
+    swept = metric.rate * 2.0 * metric.radius_m * ((east * step_m) @ north.T)
+    return metric.most_found - jnp.sum(metric.probability * -jnp.expm1(-swept))
+
+
+def _forward(metric, middle_m, step_m):  # noqa: ANN001 (custom_vjp's own signature)
+    (east, along_east), (north, along_north) = (
+        metric.seen(middle_m[:, axis], edges) for axis, edges in enumerate(metric.edges_m)
+    )
+    sweep = metric.rate * 2.0 * metric.radius_m
+    missed = metric.probability * jnp.exp(-sweep * ((east * step_m) @ north.T))
+    value = metric.most_found - jnp.sum(metric.probability - missed)
+    # What another metre from each place would find, cell by cell of one axis.
+    by_east, by_north = sweep * (missed @ north), sweep * (missed.T @ east)
+    by_step = -jnp.sum(by_east * east, axis=0)
+    by_middle = -step_m[:, None] * jnp.stack(
+        [jnp.sum(by_east * along_east, axis=0), jnp.sum(by_north * along_north, axis=0)], axis=1
+    )
+    return value, (metric, by_middle, by_step)
+
+
+def _backward(saved, cotangent):  # noqa: ANN001 (custom_vjp's own signature)
+    metric, by_middle, by_step = saved
+    # Only the path is optimised: probability and radius are data.
+    return jax.tree.map(jnp.zeros_like, metric), cotangent * by_middle, cotangent * by_step
+
+
+_left_undone.defvjp(_forward, _backward)
+
+
+def _ramp(u: Float[Array, "..."]) -> Float[Array, "..."]:
+    """Rises from 0 to 1 between −½ and ½."""
+    return jnp.clip(u + 0.5, 0.0, 1.0)
 
 
 def _ramped(u: Float[Array, "..."]) -> Float[Array, "..."]:
-    """The integral of the ramp that rises from 0 to 1 between −½ and ½."""
-    return 0.5 * jnp.clip(u + 0.5, 0.0, 1.0) ** 2 + jnp.maximum(u - 0.5, 0.0)
+    """The integral of the ramp."""
+    return 0.5 * _ramp(u) ** 2 + jnp.maximum(u - 0.5, 0.0)
 
 
 def _most_found(

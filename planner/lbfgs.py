@@ -59,23 +59,21 @@ class Info(eqx.Module):
     slope: Float[Array, ""]
 
 
-def init(objective: ValueAndGradient, position: Float[Array, "size"], first_step: float | Array) -> State:
-    """Start at a point, with an empty memory.
+def init(position: Float[Array, "size"], first_step: float) -> State:
+    """Start at a point, with an empty memory; the first step looks at the point itself.
 
     Args:
-        objective: Value and gradient.
         position: Where to start.
-        first_step: Length of the first trial step, in the units of the position.
+        first_step: Length of the first move, in the units of the position.
     """
-    value, gradient = objective(position)
-    length = jnp.maximum(jnp.linalg.norm(gradient), 1e-30)
     memory = jnp.zeros((MEMORY, position.shape[0]), position.dtype)
     return State(
         position=position,
-        value=value,
-        gradient=gradient,
-        direction=-gradient * (first_step / length),
-        step_length=jnp.ones((), position.dtype),
+        value=jnp.full((), jnp.inf, position.dtype),
+        gradient=jnp.zeros_like(position),
+        # Only its length counts, as the first trial is no move.
+        direction=jnp.full_like(position, first_step / position.shape[0] ** 0.5),
+        step_length=jnp.zeros((), position.dtype),
         position_changes=memory,
         gradient_changes=memory,
         curvature=jnp.zeros(MEMORY, position.dtype),

@@ -8,7 +8,11 @@ the gate measures to everything.
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from typing import TypeVar
+
 import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
@@ -44,6 +48,31 @@ class NearLists(eqx.Module):
         cell = jnp.floor((axes - self.low_m) * self.cells_per_m).astype(jnp.int32)
         east, north, up = jnp.moveaxis(jnp.clip(cell, 0, self.counts - 1), -1, 0)
         return jnp.asarray(self.members)[(east * self.counts[1] + north) * self.counts[2] + up]
+
+
+Carry = TypeVar("Carry")
+
+
+def each_in_turn(
+    look: Callable[[Carry, Array], Carry],
+    carry: Carry,
+    bodies: Int[Array, ""],
+    near: NearLists | None,
+    at_m: tuple[Array, Array, Array],
+) -> Carry:
+    """What comes of looking at one body after the other, under jit.
+
+    Args:
+        look: From what came of it so far and a body's number, or one number for each point, to what comes of it next.
+        carry: What to begin with.
+        bodies: How many there are; the count is data, so fillers behind them cost nothing.
+        near: What to look at instead of all.
+        at_m: Coordinates of the points.
+    """
+    if near is None:
+        return jax.lax.fori_loop(0, bodies, lambda number, held: look(held, number), carry)
+    listed = jnp.moveaxis(near.at(*at_m), -1, 0)
+    return jax.lax.scan(lambda held, number: (look(held, number), None), carry, listed)[0]
 
 
 def cell_counts(lengths_m: Float[np.ndarray, "3"]) -> Int[np.ndarray, "3"]:

@@ -24,7 +24,7 @@ from jaxtyping import Array, Float, Int
 
 from planner.distance_grid import DistanceGrid
 from planner.height_field import HeightField
-from planner.near_lists import SPARE, NearLists, near_lists, nearest_somewhere
+from planner.near_lists import SPARE, NearLists, each_in_turn, near_lists, nearest_somewhere
 from planner.nearest import least
 from planner.polygon import FAR_M, AnyArray, Prisms, Values, checked_polygon, extruded, padded_count
 
@@ -172,20 +172,8 @@ class GrownBoxes(eqx.Module):
             points = np.stack([x, y, z], axis=-1).reshape(-1, 3)
             return least(points, np.ones(self.floor_m.shape[0], dtype=int), self._to_some).reshape(x.shape)
 
-        still = jax.lax.stop_gradient((x, y, z))
-
-        def body(carry: tuple[Array, Array], number: Array) -> tuple[tuple[Array, Array], None]:
-            least, nearest = carry
-            distance = self._numbered(number).signed(jnp, *still)
-            return (jnp.minimum(least, distance), jnp.where(distance < least, number, nearest)), None
-
-        if self.near is None:
-            looked_at = jnp.arange(self.floor_m.shape[0], dtype=jnp.int32)
-        else:
-            looked_at = jnp.moveaxis(self.near.at(*still), -1, 0)
-        begin = (jnp.full_like(x, jnp.inf), jnp.zeros(x.shape, jnp.int32))
-        (_, nearest), _ = jax.lax.scan(body, begin, looked_at)
-        return self._numbered(nearest).signed(jnp, x, y, z)
+        nearest = _nearest_body(self, *jax.lax.stop_gradient((x, y, z)))
+        return self.numbered(nearest).signed(jnp, x, y, z)
 
     def listed(self, low_m: Float[np.ndarray, "3"], high_m: Float[np.ndarray, "3"]) -> GrownBoxes:
         """The same with lists of what is near in each part of a box."""
@@ -200,7 +188,8 @@ class GrownBoxes(eqx.Module):
         """Without lists. To make a module takes its time, and the host asks often."""
         return self if self.near is None else dataclasses.replace(self, near=None)
 
-    def _numbered(self, number: Array) -> GrownBoxes:
+    def numbered(self, number: Array) -> GrownBoxes:
+        """Some of them, under jit, by their numbers."""
         return jax.tree.map(lambda leaf: jnp.asarray(leaf)[number], self._bodies)
 
     def _to_some(
@@ -208,6 +197,21 @@ class GrownBoxes(eqx.Module):
     ) -> Float[np.ndarray, "some point"]:
         some: GrownBoxes = jax.tree.map(lambda leaf: leaf[bodies, None], self._bodies)
         return some.signed(np, *points_m.T)
+
+
+@jax.jit  # traced once for all that calls it
+def _nearest_body(bodies: GrownBoxes, x: Array, y: Array, z: Array) -> Array:
+    """Which body is nearest to each point."""
+
+    def looked_at(carry: tuple[Array, Array], number: Array) -> tuple[Array, Array]:
+        least, nearest = carry
+        distance = bodies.numbered(number).signed(jnp, x, y, z)
+        return jnp.minimum(least, distance), jnp.where(distance < least, number, nearest)
+
+    begin = (jnp.full_like(x, jnp.inf), jnp.zeros(x.shape, jnp.int32))
+    # Fillers come last.
+    used = jnp.sum(bodies.center_m[:, 0] != FAR_M)
+    return each_in_turn(looked_at, begin, used, bodies.near, (x, y, z))[1]
 
 
 class ObstacleField(eqx.Module):

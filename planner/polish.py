@@ -106,7 +106,7 @@ def _parted(particles: Float[Array, "particle free axis"], key: Array) -> Float[
 def _begin_exploring(
     scene: Scene, particles: Float[Array, "particle free axis"], key: Array
 ) -> tuple[stein.State, Float[Array, "particle"]]:
-    reference = jax.vmap(lambda free: augmented_lagrangian.init(scene, free).reference)(particles)
+    reference = jax.vmap(lambda free: augmented_lagrangian.reference_of(scene, free))(particles)
     return stein.init(stein.separated(particles, key)), reference
 
 
@@ -140,6 +140,6 @@ def _begin(scene: Scene, particles: Float[Array, "particle free axis"]) -> augme
 
 @eqx.filter_jit
 def _round(
-    scene: Scene, state: augmented_lagrangian.State, penalty: Float[Array, ""], inner_steps: Int[Array, ""]
+    scene: Scene, states: augmented_lagrangian.State, penalty: Float[Array, ""], inner_steps: Int[Array, ""]
 ) -> tuple[augmented_lagrangian.State, augmented_lagrangian.Info]:
-    return jax.vmap(lambda one: augmented_lagrangian.step(scene, one, penalty, inner_steps))(state)
+    return augmented_lagrangian.step(scene, states, penalty, inner_steps)

@@ -28,7 +28,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from planner.near_lists import SPARE, NearLists, near_lists, nearest_somewhere
+from planner.near_lists import SPARE, NearLists, each_in_turn, near_lists, nearest_somewhere
 from planner.nearest import Distances, least
 
 # Distance to what is not there: far outside any mission, harmless in single precision.
@@ -252,11 +252,12 @@ def _crossed(x: Values, y: Values, start: Values, step: Values) -> Values:
     return spans & (left == (step[..., 1] > 0.0))
 
 
+@jax.jit  # traced once for all that calls it
 def _nearest_edge(prisms: Prisms, x: Array, y: Array, z: Array) -> tuple[Array, Array]:
     """For each point the edge (flat index) of the nearest prism, and −1 inside that prism's polygon, else 1."""
     everything = dataclasses.replace(prisms, near=None)
 
-    def body(carry: tuple[Array, ...], number: Array) -> tuple[tuple[Array, ...], None]:
+    def looked_at(carry: tuple[Array, ...], number: Array) -> tuple[Array, ...]:
         best, best_edge, best_sign, squared, edge, sign = carry
         # A filler begins a prism that has no edge and never ends.
         there, index = number >= 0, jnp.maximum(number, 0)
@@ -281,12 +282,10 @@ def _nearest_edge(prisms: Prisms, x: Array, y: Array, z: Array) -> tuple[Array, 
             squared,
             edge,
             sign,
-        ), None
+        )
 
     far, none, one = jnp.full_like(x, jnp.inf), jnp.zeros(x.shape, jnp.int32), jnp.ones_like(x)
-    if prisms.near is None:
-        looked_at = jnp.arange(prisms.first.shape[0], dtype=jnp.int32)
-    else:
-        looked_at = jnp.moveaxis(prisms.near.at(x, y, z), -1, 0)
-    (_, edge, sign, *_), _ = jax.lax.scan(body, (far, none, one, far, none, one), looked_at)
+    # Fillers come last.
+    used = jnp.sum(prisms.start_m[:, 0, 0] != FAR_M)
+    _, edge, sign, *_ = each_in_turn(looked_at, (far, none, one, far, none, one), used, prisms.near, (x, y, z))
     return edge, sign

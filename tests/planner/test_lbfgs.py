@@ -16,8 +16,19 @@ def run(objective, start, steps):
         state, info = lbfgs.step(value_and_gradient, state)
         return state, (state.value, info.accepted)
 
-    state = lbfgs.init(value_and_gradient, start, 0.1)
+    state = lbfgs.init(start, 0.1)
     return jax.jit(lambda state: jax.lax.scan(body, state, None, length=steps))(state)
+
+
+def test_the_first_step_looks_at_the_start_and_the_second_moves_by_the_length_asked_for() -> None:
+    start = jnp.array([3.0, 4.0])
+    looked, _ = run(lambda x: 0.5 * jnp.sum(x**2), start, 1)
+    np.testing.assert_array_equal(looked.position, start)
+    assert float(looked.value) == 12.5
+    assert float(looked.curvature.max()) == 0.0
+    moved, _ = run(lambda x: 0.5 * jnp.sum(x**2), start, 2)
+    np.testing.assert_allclose(moved.position, start * (1.0 - 0.1 / 5.0), rtol=1e-6)
+    assert int(moved.refused) == 0
 
 
 def test_a_quadratic_is_minimised_to_its_closed_form() -> None:
