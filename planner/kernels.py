@@ -49,6 +49,9 @@ SMALLEST_BANDWIDTH_PER_KNOT = 1e-6
 
 BANDWIDTH_DISTANCES = 500
 
+FEW = 8
+"""Distances of so many candidates take less time one by one than by a product of matrices."""
+
 Terms = tuple[Float[Array, "particle particle"], Float[Array, "particle knot axis"]]
 
 
@@ -95,11 +98,14 @@ def _terms_on_circle(kernel: Kernel, particles: Float[Array, "particle knot axis
 def rbf_terms(particles: Float[Array, "particle knot axis"]) -> Terms:
     """RBF with the median heuristic; Σ_i ∇_{x_i}k(x_i, x_j) = −(2/h)(Kᵀx − diag(Kᵀ1)x)."""
     count, knots = particles.shape[:2]
-    # Around the mean: the products below would otherwise lose small differences of large positions.
+    # Around the mean: the product below would otherwise lose small differences of large positions.
     flat = (particles - jnp.mean(particles, axis=0)).reshape(count, -1)
-    norm = jnp.sum(flat**2, axis=1)
-    squared = jnp.maximum(norm[:, None] + norm[None, :] - 2.0 * flat @ flat.T, 0.0)
-    squared = squared * (1.0 - jnp.eye(count, dtype=flat.dtype))
+    if count <= FEW:
+        squared = jnp.sum((flat[:, None] - flat[None]) ** 2, axis=-1)
+    else:
+        norm = jnp.sum(flat**2, axis=1)
+        squared = jnp.maximum(norm[:, None] + norm[None, :] - 2.0 * flat @ flat.T, 0.0)
+        squared = squared * (1.0 - jnp.eye(count, dtype=flat.dtype))
     bandwidth = median_bandwidth(squared, SMALLEST_BANDWIDTH_PER_KNOT * knots)
     gram = jnp.exp(-squared / bandwidth)
     repulsion = (-2.0 / bandwidth) * (gram.T @ flat - jnp.sum(gram, axis=0)[:, None] * flat)
@@ -109,22 +115,23 @@ def rbf_terms(particles: Float[Array, "particle knot axis"]) -> Terms:
 def markov_terms(particles: Float[Array, "particle knot axis"], neighbours: int) -> Terms:
     """Markov RBF over the pairs of times no more than `neighbours` apart (SVES eq. 23)."""
     count, knots, axes = particles.shape
-    by_time = jnp.swapaxes(particles, 0, 1)
-    bandwidth = _bandwidth_over_time(by_time)
+    bandwidth = _bandwidth_over_time(jnp.swapaxes(particles, 0, 1))
+    # Times side by side, and axis by axis: what is summed over is never stored.
+    along = jnp.moveaxis(particles, 2, 0)
     reach = min(neighbours, knots - 1)
     pairs = sum(knots - abs(offset) for offset in range(-reach, reach + 1))
     gram = jnp.zeros((count, count), particles.dtype)
-    repulsion = jnp.zeros((knots, count, axes), particles.dtype)
+    repulsion = jnp.zeros((axes, count, knots), particles.dtype)
     for offset in range(-reach, reach + 1):
         # Pairs (t, t + offset): t of the particle whose gradient is taken, t + offset of the one it acts on.
         low, high = max(0, -offset), knots - max(0, offset)
-        moved, fixed = by_time[low:high], by_time[low + offset : high + offset]
-        alike = jnp.exp(-_squared_distances(moved, fixed) / bandwidth)
-        gram = gram + jnp.sum(alike, axis=0)
-        pulled = jnp.einsum("tij,tia->tja", alike, moved) - jnp.sum(alike, axis=1)[..., None] * fixed
-        repulsion = repulsion.at[low:high].add(pulled)
-    scale = -2.0 / (bandwidth * pairs)
-    return gram / pairs, jnp.swapaxes(scale * repulsion, 0, 1)
+        moved, fixed = along[:, :, None, low:high], along[:, None, :, low + offset : high + offset]
+        apart = [moved[axis] - fixed[axis] for axis in range(axes)]
+        alike = jnp.exp(-functools.reduce(jnp.add, (part**2 for part in apart)) / bandwidth)
+        gram = gram + jnp.sum(alike, axis=-1)
+        pulled = jnp.stack([jnp.sum(alike * part, axis=0) for part in apart])
+        repulsion = repulsion.at[:, :, low:high].add(pulled)
+    return gram / pairs, jnp.moveaxis((-2.0 / (bandwidth * pairs)) * repulsion, 0, 2)
 
 
 def markov_complete_terms(particles: Float[Array, "particle knot axis"]) -> Terms:

@@ -68,7 +68,7 @@ def markov(particles: jax.Array, reach: int) -> Pairwise:
         (Kernel.MARKOV_COMPLETE, lambda particles: markov(particles, 99)),
     ],
 )
-@pytest.mark.parametrize(("count", "knots"), [(2, 5), (5, 8), (3, 1)])
+@pytest.mark.parametrize(("count", "knots"), [(2, 5), (5, 8), (3, 1), (11, 4)])
 def test_gram_and_repulsion_are_the_definitions(kernel: Kernel, definition, count: int, knots: int) -> None:
     particles = candidates(count, knots)
     gram, repulsion = kernel_terms(kernel, particles)
@@ -129,11 +129,21 @@ def test_the_gram_matrix_is_symmetric_and_positive(kernel: Kernel) -> None:
     assert np.linalg.eigvalsh(gram).min() > -1e-6
 
 
-def test_a_set_far_from_the_origin_keeps_its_small_differences() -> None:
-    close = 0.9 + 1e-3 * candidates(4, 50)
+@pytest.mark.parametrize("count", [4, 12])
+def test_a_set_far_from_the_origin_keeps_its_small_differences(count: int) -> None:
+    close = 0.9 + 1e-3 * candidates(count, 50)
     near, _ = kernel_terms(Kernel.RBF, close)
     around_zero, _ = kernel_terms(Kernel.RBF, close - 0.9)
     np.testing.assert_allclose(near, around_zero, atol=2e-3)
+
+
+def test_the_bandwidth_of_many_candidates_is_told_by_some_of_their_pairs() -> None:
+    points = np.random.default_rng(4).normal(size=(300, 5))
+    squared = ((points[:, None] - points) ** 2).sum(-1)
+    pairs = squared[np.triu_indices(300, k=1)]
+    assert float(median_bandwidth(jnp.asarray(squared, jnp.float32), 1e-3)) == pytest.approx(
+        np.median(pairs) / np.log(301.0), rel=0.03
+    )
 
 
 def test_the_median_bandwidth_has_a_floor_and_no_gradient() -> None:
