@@ -19,8 +19,10 @@ from jaxtyping import Array, Float, Int
 
 from planner.nearest import Distances, grouped
 
-MOST_CELLS = 4096
-"""As many rows as a table has: one shape for all boxes."""
+FEW_CELLS, MANY_CELLS = 4096, 32768
+"""As many rows as a table has, for few bodies or many: one shape for all boxes."""
+MANY_BODIES = 256
+"""From so many on shorter lists are worth the time that more of them take to make."""
 SPARE = 2
 """Places left in a list: what is pushed in flight must not make every list longer, which would be compiled anew."""
 # Single precision must leave nothing out.
@@ -33,7 +35,7 @@ class NearLists(eqx.Module):
     Attributes:
         low_m: Lower corner of the box.
         cells_per_m: Cells a metre of each axis.
-        counts: Cells along each axis; their product is at most `MOST_CELLS`.
+        counts: Cells along each axis; their product is at most as many as the table has rows.
         members: What is listed for each cell; the meaning of the numbers is the owner's.
     """
 
@@ -75,28 +77,34 @@ def each_in_turn(
     return jax.lax.scan(lambda held, number: (look(held, number), None), carry, listed)[0]
 
 
-def cell_counts(lengths_m: Float[np.ndarray, "3"]) -> Int[np.ndarray, "3"]:
-    """Cells along each axis: about cubes, `MOST_CELLS` at most."""
-    edge_m = float(np.prod(lengths_m) / MOST_CELLS) ** (1.0 / 3.0)
+def most_cells(padded: int) -> int:
+    """Rows of the table for arrays of so many bodies, fillers too: what is pushed in flight must not change it."""
+    return FEW_CELLS if padded < MANY_BODIES else MANY_CELLS
+
+
+def cell_counts(lengths_m: Float[np.ndarray, "3"], most: int) -> Int[np.ndarray, "3"]:
+    """Cells along each axis: about cubes, so many at most."""
+    edge_m = float(np.prod(lengths_m) / most) ** (1.0 / 3.0)
     while True:
         counts = np.maximum(1, np.floor(lengths_m / edge_m)).astype(int)
-        if np.prod(counts) <= MOST_CELLS:
+        if np.prod(counts) <= most:
             return counts
         edge_m *= 1.02
 
 
 def nearest_somewhere(
-    low_m: Float[np.ndarray, "3"], high_m: Float[np.ndarray, "3"], bodies: int, distances: Distances
+    low_m: Float[np.ndarray, "3"], high_m: Float[np.ndarray, "3"], most: int, bodies: int, distances: Distances
 ) -> list[Int[np.ndarray, "some"]]:
     """The bodies that can be nearest in each cell of a box, in the order of `NearLists`.
 
     Args:
         low_m: Lower corner of the box.
         high_m: Upper corner.
+        most: Cells at the most.
         bodies: How many there are, one or more.
         distances: To some of them.
     """
-    counts = cell_counts(high_m - low_m)
+    counts = cell_counts(high_m - low_m, most)
     edges_m = (high_m - low_m) / counts
     grid = np.stack(np.meshgrid(*(np.arange(count) for count in counts), indexing="ij"), axis=-1).reshape(-1, 3)
     middles = low_m + (grid + 0.5) * edges_m
@@ -111,18 +119,23 @@ def nearest_somewhere(
 
 
 def near_lists(
-    low_m: Float[np.ndarray, "3"], high_m: Float[np.ndarray, "3"], listed: list[Int[np.ndarray, "some"]], width: int
+    low_m: Float[np.ndarray, "3"],
+    high_m: Float[np.ndarray, "3"],
+    most: int,
+    listed: list[Int[np.ndarray, "some"]],
+    width: int,
 ) -> NearLists:
     """Lists as a table.
 
     Args:
         low_m: Lower corner of the box.
         high_m: Upper corner.
+        most: Cells at the most, which are the rows of the table.
         listed: For each cell, in the order of `nearest_somewhere`.
         width: Of the table; −1 fills what is left of a row.
     """
-    members = np.full((MOST_CELLS, width), -1, dtype=np.int32)
+    members = np.full((most, width), -1, dtype=np.int32)
     for row, some in zip(members, listed, strict=False):
         row[: len(some)] = some
-    counts = cell_counts(high_m - low_m)
+    counts = cell_counts(high_m - low_m, most)
     return NearLists(low_m, counts / (high_m - low_m), counts.astype(np.int32), members)

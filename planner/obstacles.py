@@ -24,7 +24,7 @@ from jaxtyping import Array, Float, Int
 
 from planner.distance_grid import DistanceGrid
 from planner.height_field import HeightField
-from planner.near_lists import SPARE, NearLists, each_in_turn, near_lists, nearest_somewhere
+from planner.near_lists import SPARE, NearLists, each_in_turn, most_cells, near_lists, nearest_somewhere
 from planner.nearest import least
 from planner.polygon import FAR_M, AnyArray, Prisms, Values, checked_polygon, extruded, padded_count
 
@@ -177,11 +177,13 @@ class GrownBoxes(eqx.Module):
 
     def listed(self, low_m: Float[np.ndarray, "3"], high_m: Float[np.ndarray, "3"]) -> GrownBoxes:
         """The same with lists of what is near in each part of a box."""
-        lists = nearest_somewhere(low_m, high_m, self.floor_m.shape[0], self._to_some)
+        bodies = self.floor_m.shape[0]
+        most = most_cells(bodies)
+        lists = nearest_somewhere(low_m, high_m, most, bodies, self._to_some)
         width = padded_count(max(map(len, lists)) + SPARE, FEWEST_SHAPES)
         # One body more than once is nearest all the same.
         full = [np.resize(some, width) for some in lists]
-        return dataclasses.replace(self, near=near_lists(low_m, high_m, full, width))
+        return dataclasses.replace(self, near=near_lists(low_m, high_m, most, full, width))
 
     @property
     def _bodies(self) -> GrownBoxes:

@@ -28,7 +28,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
-from planner.near_lists import SPARE, NearLists, each_in_turn, near_lists, nearest_somewhere
+from planner.near_lists import SPARE, NearLists, each_in_turn, most_cells, near_lists, nearest_somewhere
 from planner.nearest import Distances, least
 
 # Distance to what is not there: far outside any mission, harmless in single precision.
@@ -127,12 +127,13 @@ class Prisms(eqx.Module):
     def listed(self, low_m: Float[np.ndarray, "3"], high_m: Float[np.ndarray, "3"]) -> Prisms:
         """The same with lists of what is near in each part of a box."""
         begins, blocks, distances = self._by_prism()
+        most = most_cells(len(self.first))
         lists = [
             np.concatenate([begins[prism] + np.arange(int(blocks[prism])) for prism in some])
-            for some in nearest_somewhere(low_m, high_m, len(begins), distances)
+            for some in nearest_somewhere(low_m, high_m, most, len(begins), distances)
         ]
         width = padded_count(max(map(len, lists)) + SPARE, FEWEST_BLOCKS)
-        return dataclasses.replace(self, near=near_lists(low_m, high_m, lists, width))
+        return dataclasses.replace(self, near=near_lists(low_m, high_m, most, lists, width))
 
     def _host_distance(self, x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
         points = np.stack([x, y, z], axis=-1).reshape(-1, 3)

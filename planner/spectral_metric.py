@@ -144,7 +144,8 @@ def mean_basis(
         np.cos(np.pi * position_unit[:, axis, None] * k[axis]) * np.where(k[axis] == 0, 1.0, np.sqrt(2.0))
         for axis in range(3)
     ]
-    return np.einsum("t,ta,tb,tc->abc", time_weight, *tables, optimize=True)
+    pairs = (tables[1][:, :, None] * tables[2][:, None]).reshape(len(position_unit), -1)
+    return ((tables[0] * time_weight[:, None]).T @ pairs).reshape(modes)
 
 
 def _tables(position: Float[Array, "time"], modes: int) -> tuple[Float[Array, "k time"], Float[Array, "k time"]]:

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from planner import obstacles
-from planner.near_lists import MOST_CELLS, cell_counts
+from planner.near_lists import FEW_CELLS, MANY_CELLS, cell_counts
 from planner.obstacles import Box, Cylinder, ObstacleField, Prism, Sphere
 
 
@@ -84,7 +84,19 @@ def test_one_obstacle_more_does_not_change_what_is_compiled() -> None:
     assert jax.tree.map(np.shape, before) == jax.tree.map(np.shape, after)
 
 
+def test_many_shapes_have_more_and_shorter_lists_that_say_the_same() -> None:
+    low, high = np.zeros(3), np.array([900.0, 700.0, 60.0])
+    field = ObstacleField.of(shapes(150, low, high, 5))
+    listed = field.listed(low, high)
+    assert listed.solids.near is not None
+    assert listed.solids.near.members.shape[0] == MANY_CELLS
+    points = jnp.asarray(np.random.default_rng(6).uniform(low, high, (2000, 3)), jnp.float32)
+    found, wanted = (on_the_device(one).distance(points) for one in (listed, field))
+    np.testing.assert_array_equal(found, wanted)
+
+
+@pytest.mark.parametrize("most", [FEW_CELLS, MANY_CELLS])
 @pytest.mark.parametrize("lengths_m", [(1.0, 1.0, 1.0), (5000.0, 5000.0, 1.0), (1e5, 2.0, 3.0)])
-def test_the_cells_of_any_box_fit_the_one_table(lengths_m: tuple[float, ...]) -> None:
-    counts = cell_counts(np.array(lengths_m))
-    assert 0.4 * MOST_CELLS < np.prod(counts) <= MOST_CELLS
+def test_the_cells_of_any_box_fit_the_one_table(lengths_m: tuple[float, ...], most: int) -> None:
+    counts = cell_counts(np.array(lengths_m), most)
+    assert 0.4 * most < np.prod(counts) <= most
