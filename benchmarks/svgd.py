@@ -24,7 +24,7 @@ from benchmarks.quality import CUBE, FLAT, problem_of
 from benchmarks.timing import interleaved_ms, machine
 from planner import stein, sves
 from planner.information import uniform
-from planner.polish import STEIN_CHUNKS, STEIN_STEPS, Particles, Round, explored, polished
+from planner.polish import STEIN_STEPS, Particles, Round, explored, polished
 from planner.problem import Kernel, MetricWeights, Options, Problem
 from planner.scene import Scene, free_from_control, knots_for, scene_of
 from planner.seeds import seed_paths, spline_from_path
@@ -137,8 +137,7 @@ def seconds_to(race: Race, particles: Particles, target: float, started_s: float
     if reached:
         return reached[0]
     if with_stein:
-        chunks = itertools.repeat(None, STEIN_CHUNKS)
-        particles, _ = explored(race.scene, particles, race.options.kernel, race.options.seed, chunks)
+        particles, _ = explored(race.scene, particles, race.options.kernel, race.options.seed, [STEIN_STEPS])
     # The product's own rounds, in pieces, so that the moment is seen.
     looks = [Round(one.penalty, STEPS_A_LOOK) for one in POLISH for _ in range(-(-one.steps // STEPS_A_LOOK))]
     pieces = itertools.takewhile(lambda _: not reached, looks)

@@ -30,6 +30,9 @@ FRECHET_BANDWIDTH_UNIT2 = 0.1
 MOST_FRECHET_SAMPLES = 128
 """Paths are thinned to this many samples for the Fréchet distance, whose cost is quadratic in them."""
 
+MANY_PATHS = 64
+"""With more paths than this, pairs are many: half of the samples have to do."""
+
 PAIRS_AT_ONCE = 256
 """So many tables stay in the processor's cache: a tenth of the time of all pairs at once."""
 
@@ -93,7 +96,8 @@ def rms_distances(paths_unit: Float[np.ndarray, "particle time 3"]) -> Float[np.
 
 def frechet_distances(paths_unit: Float[np.ndarray, "particle time 3"]) -> Float[np.ndarray, "particle particle"]:
     """Discrete Fréchet distance of every two paths (Eiter & Mannila, 1994), by anti-diagonals for all pairs at once."""
-    samples = min(paths_unit.shape[1], MOST_FRECHET_SAMPLES)
+    most = MOST_FRECHET_SAMPLES if len(paths_unit) <= MANY_PATHS else MOST_FRECHET_SAMPLES // 2
+    samples = min(paths_unit.shape[1], most)
     thinned = paths_unit[:, np.round(np.linspace(0, paths_unit.shape[1] - 1, samples)).astype(int)]
     by_axis = np.ascontiguousarray(thinned.transpose(2, 1, 0))
     count = len(paths_unit)

@@ -19,9 +19,8 @@ from planner.priors import Prior
 from planner.problem import Kernel
 from planner.scene import Scene
 
-STEIN_CHUNKS = 6
-STEIN_STEPS_PER_CHUNK = 10
-STEIN_STEPS = STEIN_CHUNKS * STEIN_STEPS_PER_CHUNK
+STEIN_STEPS = 60
+STEIN_STEPS_AT_ONCE = 10
 # The Stein phase may cut corners; the polish makes them good.
 STEIN_PENALTY = 0.1
 
@@ -42,7 +41,7 @@ class Round:
 
 
 def explored(
-    scene: Scene, particles: Particles, kernel: Kernel, seed: int, chunks: Iterable[None], prior: Prior | None = None
+    scene: Scene, particles: Particles, kernel: Kernel, seed: int, portions: Iterable[int], prior: Prior | None = None
 ) -> tuple[Particles, int]:
     """The set after Stein steps, all candidates together under soft penalties.
 
@@ -51,8 +50,7 @@ def explored(
         particles: Their free control points, unit cube.
         kernel: How they repel each other.
         seed: Of the noise that parts candidates which coincide.
-        chunks: `STEIN_STEPS_PER_CHUNK` steps for each; the next is asked for when the last is done. Annealing ends with
-            the last of `STEIN_CHUNKS`.
+        portions: How many steps to take, and again when they are done. Annealing ends with the last of `STEIN_STEPS`.
         prior: How likely it is that they get so far from where they begin; None: they get as far as they like.
 
     Returns:
@@ -60,8 +58,10 @@ def explored(
     """
     smooth, begins = jnp.asarray(stein.smoother(particles.shape[1])), jnp.asarray(particles, jnp.float32)
     state, reference = _begin_exploring(scene, begins, jax.random.key(seed))
-    for _ in chunks:
-        state = jax.block_until_ready(_explore(scene, state, reference, smooth, kernel, begins, prior))
+    for steps in portions:
+        state = jax.block_until_ready(
+            _explore(scene, state, reference, smooth, kernel, begins, prior, jnp.int32(steps))
+        )
     return np.asarray(state.particles), int(state.index)
 
 
@@ -119,18 +119,17 @@ def _explore(
     kernel: Kernel,
     begins: Float[Array, "particle free axis"],
     prior: Prior | None,
+    steps: Int[Array, ""],
 ) -> stein.State:
-
     def log_posterior(free: Array, reference: Array, begin: Array) -> Array:
         likelihood = -augmented_lagrangian.penalised(scene, free, reference, STEIN_PENALTY)
         return likelihood if prior is None else likelihood + prior.log_density(free - begin)
 
-    def body(state: stein.State, _: None) -> tuple[stein.State, None]:
+    def step(_: Int[Array, ""], state: stein.State) -> stein.State:
         scores = jax.vmap(jax.grad(log_posterior))(state.particles, reference, begins)
-        return stein.step(state, scores, kernel, smooth, STEIN_STEPS, wraps=scene.has_headings), None
+        return stein.step(state, scores, kernel, smooth, STEIN_STEPS, wraps=scene.has_headings)
 
-    state, _ = jax.lax.scan(body, state, None, length=STEIN_STEPS_PER_CHUNK)
-    return state
+    return jax.lax.fori_loop(0, steps, step, state)
 
 
 @eqx.filter_jit

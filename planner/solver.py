@@ -22,7 +22,7 @@ from planner.free_space import FreeSpace
 from planner.judging import Judge, at_middles, better
 from planner.lawnmower import Lawnmowers
 from planner.plan import Candidate, Plan, Status
-from planner.polish import STEIN_CHUNKS, STEIN_STEPS_PER_CHUNK, Particles, Round, explored, parted, polished
+from planner.polish import STEIN_STEPS, STEIN_STEPS_AT_ONCE, Particles, Round, explored, parted, polished
 from planner.problem import Method, Options, Problem
 from planner.rerouting import rerouted
 from planner.scene import TURN_RAD, Scene, free_from_control, knots_for, scene_of, trajectory_of, wanted_interval_s
@@ -107,8 +107,8 @@ def solve(
         case Method.DEFAULT:
             work.refine(seeds)
         case Method.SVES:
-            chunks = budget.chunks(sves.CHUNKS, sves.STEPS_PER_CHUNK, 1.0)
-            particles, work.steps = sves.descended(work.scene, seeds, options.kernel, chunks, options.knot_prior)
+            portions = budget.portions(sves.STEPS, sves.STEPS_AT_ONCE, 1.0)
+            particles, work.steps = sves.descended(work.scene, seeds, options.kernel, portions, options.knot_prior)
             work.offer(particles)
     progress(Progress("gate", 0.95))
     return work.plan()
@@ -224,9 +224,9 @@ class _Work:
         particles = parted(seeds, self.options.seed) if self.warm else seeds
         if self.options.candidates > 1 and not self.warm and not self.budget.is_over():
             self.progress(Progress("stein", 0.05))
-            chunks = self.budget.chunks(STEIN_CHUNKS, STEIN_STEPS_PER_CHUNK, STEIN_SHARE)
-            options = self.options
-            particles, taken = explored(self.scene, particles, options.kernel, options.seed, chunks, options.knot_prior)
+            portions = self.budget.portions(STEIN_STEPS, STEIN_STEPS_AT_ONCE, STEIN_SHARE)
+            kernel, seed, prior = self.options.kernel, self.options.seed, self.options.knot_prior
+            particles, taken = explored(self.scene, particles, kernel, seed, portions, prior)
             self.steps += taken
         stages = self._stages()
         for number, stage in enumerate(stages):

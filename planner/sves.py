@@ -16,7 +16,7 @@ import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from planner import stein
 from planner.polish import Particles
@@ -28,8 +28,8 @@ INVERSE_TEMPERATURE = 10.0
 STEP_SIZE = 0.5
 PENALTY_WEIGHT = 1.0
 SMOOTHNESS_WEIGHT = 15.0
-CHUNKS = 10
-STEPS_PER_CHUNK = 50
+STEPS = 500
+STEPS_AT_ONCE = 50
 
 
 def loss(scene: Scene, free: Float[Array, "free axis"]) -> Float[Array, ""]:
@@ -46,43 +46,43 @@ def loss(scene: Scene, free: Float[Array, "free axis"]) -> Float[Array, ""]:
 
 
 def descended(
-    scene: Scene, seeds: Particles, kernel: Kernel, chunks: Iterable[None], prior: Prior | None = None
+    scene: Scene, seeds: Particles, kernel: Kernel, portions: Iterable[int], prior: Prior | None = None
 ) -> tuple[Particles, int]:
-    """The set after `STEPS_PER_CHUNK` steps for each chunk; the next is asked for when the last is done.
+    """The set after so many steps as are asked for.
 
     Args:
         scene: What the candidates are measured against.
         seeds: Their free control points, unit cube.
         kernel: How they repel each other.
-        chunks: As many as there is time for.
+        portions: How many steps to take, and again when they are done.
         prior: How likely it is that they get so far from their seeds; None: as far as they like.
 
     Returns:
         The candidates' free control points and the steps taken.
     """
     particles = begins = jnp.asarray(seeds, jnp.float32)
-    steps = 0
-    for _ in chunks:
-        particles = jax.block_until_ready(_chunk(scene, particles, kernel, begins, prior))
-        steps += STEPS_PER_CHUNK
-    return np.asarray(particles), steps
+    taken = 0
+    for steps in portions:
+        particles = jax.block_until_ready(_descended(scene, particles, kernel, begins, prior, jnp.int32(steps)))
+        taken += steps
+    return np.asarray(particles), taken
 
 
 @eqx.filter_jit
-def _chunk(
+def _descended(
     scene: Scene,
     particles: Float[Array, "particle free axis"],
     kernel: Kernel,
     begins: Float[Array, "particle free axis"],
     prior: Prior | None,
+    steps: Int[Array, ""],
 ) -> Float[Array, "particle free axis"]:
     def log_posterior(free: Array, begin: Array) -> Array:
         likelihood = -INVERSE_TEMPERATURE * loss(scene, free)
         return likelihood if prior is None else likelihood + prior.log_density(free - begin)
 
-    def body(particles: Array, _: None) -> tuple[Array, None]:
+    def step(_: Int[Array, ""], particles: Array) -> Array:
         score = jax.vmap(jax.grad(log_posterior))(particles, begins)
-        return stein.sves_step(particles, score, kernel, STEP_SIZE, wraps=scene.has_headings), None
+        return stein.sves_step(particles, score, kernel, STEP_SIZE, wraps=scene.has_headings)
 
-    particles, _ = jax.lax.scan(body, particles, None, length=STEPS_PER_CHUNK)
-    return particles
+    return jax.lax.fori_loop(0, steps, step, particles)

@@ -15,6 +15,8 @@ from planner.polish import Round
 
 FEWEST_STEPS = 8
 """A round of fewer steps hardly moves a path."""
+FIRST_STEPS = 2
+"""Of Stein steps: with many candidates each takes a good part of a second."""
 HURRIED_BELOW = 0.5
 """Of the planned steps: twelve rounds of a few steps each pass fewer candidates than three longer ones (measured)."""
 MOST_RESERVED = 0.5
@@ -55,19 +57,29 @@ class TimeBudget:
 
         return is_there
 
-    def chunks(self, count: int, steps: int, share: float) -> Iterator[None]:
-        """So many chunks of `steps`, or as many as fit into a share of the time left.
+    def portions(self, steps: int, at_once: int, share: float) -> Iterator[int]:
+        """So many steps, or as many as fit into a share of the time left, in portions.
 
-        Each is done before the next is asked for.
+        Args:
+            steps: How many are wanted.
+            at_once: How many are taken between two looks at the clock.
+            share: Of the time left, 0 … 1.
+
+        Yields:
+            How many to take now; they are done before the next portion is asked for.
         """
         share_s = self._share_s(share)
-        for _ in range(count):
-            if share_s <= self._step_s * steps:
+        # How long a step takes is not known before the first few.
+        affordable = min(FIRST_STEPS, at_once) if 0.0 < share_s < math.inf else share_s
+        while steps:
+            portion = int(min(steps, at_once, affordable))
+            if portion < 1:
                 self.fell_short = True
                 return
             before_s = self.left_s()
-            yield
-            share_s -= self._spent_since(before_s, steps)
+            yield portion
+            share_s -= self._spent_since(before_s, portion)
+            affordable, steps = self._affordable(share_s), steps - portion
 
     def rounds(self, planned: Sequence[Round], share: float, hurried: Sequence[Round] = ()) -> Iterator[Round]:
         """The rounds, shortened to what fits into a share of the time left at the pace seen so far.
@@ -103,6 +115,9 @@ class TimeBudget:
             rest = rest[1:]
 
     def _affordable(self, time_s: float) -> float:
+        """Steps that fit into a time, at the pace of the last ones."""
+        if time_s <= 0.0:
+            return 0.0
         return time_s / self._step_s if self._step_s > 0.0 else math.inf
 
     def _share_s(self, share: float) -> float:

@@ -101,6 +101,15 @@ def test_long_paths_are_thinned_without_losing_the_distance() -> None:
     assert frechet_distances(np.stack([wave, moved]))[0, 1] == pytest.approx(0.25, abs=1e-12)
 
 
+def test_many_paths_are_thinned_more_and_come_to_the_same_within_a_step() -> None:
+    rng = np.random.default_rng(5)
+    time = np.linspace(0.0, 1.0, 600)
+    phase, height = rng.uniform(0.0, 6.0, (70, 1)), rng.uniform(0.2, 0.8, (70, 1))
+    paths = np.stack([time + 0.0 * phase, 0.5 + 0.3 * np.sin(7.0 * time + phase), height + 0.0 * time], axis=-1)
+    thin, fine = frechet_distances(paths)[:10, :10], frechet_distances(paths[:10])
+    np.testing.assert_allclose(thin, fine, atol=0.05)
+
+
 @settings(max_examples=30, deadline=None)
 @given(st.integers(2, 6), st.integers(1, 9), st.integers(0, 10_000))
 def test_every_measure_is_finite_and_in_its_range(count: int, samples: int, seed: int) -> None:

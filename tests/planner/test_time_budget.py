@@ -6,7 +6,7 @@ import math
 import pytest
 
 from planner.polish import Round
-from planner.time_budget import FEWEST_STEPS, TimeBudget, fitted
+from planner.time_budget import FEWEST_STEPS, FIRST_STEPS, TimeBudget, fitted
 
 PLANNED = (Round(0.01, 100), Round(0.1, 60), Round(1.0, 40))
 HURRIED = (Round(0.1, 50), Round(1.0, 50))
@@ -33,7 +33,8 @@ def test_with_time_enough_everything_is_done_as_planned(left_s):
     clock = Clock(left_s)
     budget = TimeBudget(clock)
     assert spent(clock, budget, 0.01) == list(PLANNED)
-    assert len(list(budget.chunks(6, 10, 0.25))) == 6
+    # Against a clock the first portion is a short one, to learn the pace by.
+    assert list(budget.portions(25, 10, 0.25)) == ([10, 10, 5] if left_s == math.inf else [FIRST_STEPS, 10, 10, 3])
     assert not budget.is_over()
     assert not budget.fell_short
 
@@ -68,8 +69,8 @@ def test_the_gate_holds_back_no_more_than_half():
 def test_with_hardly_any_time_fewer_rounds_do():
     clock = Clock(2.0)
     budget = TimeBudget(clock)
-    for _ in budget.chunks(1, 10, 1.0):
-        clock.left_s -= 0.2
+    for steps in budget.portions(10, 10, 1.0):
+        clock.left_s -= 0.02 * steps
     # 1.8 s are 90 steps at 20 ms; 200 are planned, and 8 tell the pace.
     taken = spent(clock, budget, 0.02, hurried=HURRIED)
     assert taken == [Round(0.01, FEWEST_STEPS), Round(0.1, 41), Round(1.0, 41)]
@@ -79,27 +80,38 @@ def test_with_hardly_any_time_fewer_rounds_do():
 def test_slow_work_before_hurries_nothing_that_is_quick_itself():
     clock = Clock(2.0)
     budget = TimeBudget(clock)
-    for _ in budget.chunks(1, 10, 1.0):
-        clock.left_s -= 0.2
+    for steps in budget.portions(10, 10, 1.0):
+        clock.left_s -= 0.02 * steps
     assert spent(clock, budget, 0.001, hurried=HURRIED) == [Round(0.01, FEWEST_STEPS), *PLANNED]
     assert not budget.fell_short
 
 
-def test_chunks_end_with_their_share():
+def test_portions_end_with_their_share_and_the_first_is_a_few_steps():
     clock = Clock(4.0)
     budget = TimeBudget(clock)
-    done = 0
-    for _ in budget.chunks(6, 10, 0.25):
-        done += 1
-        clock.left_s -= 0.3
-    assert done == 3
+    taken = []
+    for steps in budget.portions(60, 10, 0.25):
+        taken.append(steps)
+        clock.left_s -= 0.03 * steps
+    # A second is 33 steps.
+    assert taken == [FIRST_STEPS, 10, 10, 10, 1]
     assert budget.fell_short
+
+
+def test_where_a_few_steps_take_all_the_time_no_more_are_begun():
+    clock = Clock(4.0)
+    budget = TimeBudget(clock)
+    taken = []
+    for steps in budget.portions(60, 10, 0.25):
+        taken.append(steps)
+        clock.left_s -= 0.6 * steps
+    assert taken == [FIRST_STEPS]
 
 
 def test_nothing_is_begun_when_it_is_over():
     budget = TimeBudget(Clock(0.0))
     assert list(budget.rounds(PLANNED, 1.0)) == []
-    assert list(budget.chunks(6, 10, 0.25)) == []
+    assert list(budget.portions(60, 10, 0.25)) == []
     assert budget.is_over()
     assert budget.fell_short
 
