@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import enum
+import functools
 from collections.abc import Callable
 
 import numpy as np
@@ -19,6 +20,10 @@ MOST_ROWS = 200
 EAGERNESS = (1.0, 2.0, 1.5, 3.0)
 QUANTILES = (0.5, 0.3, 0.7)
 SECTOR_RADII = (1.0, 0.6, 1.4)
+
+Way = Float[np.ndarray, "point 3"]
+Ways = Callable[[float], Way]
+"""From a reach to what is drawn within it."""
 
 
 class Pattern(enum.Enum):
@@ -46,36 +51,35 @@ class Drawing:
         self._problem, self._free, self._lead_in = problem, free, lead_in
         self._region, self._altitudes = Region(problem), Altitudes(problem)
 
-    def way(
-        self, pattern: Pattern, variant: int, rng: np.random.Generator, reach_m: float
-    ) -> Float[np.ndarray, "point 3"]:
-        """A pattern that with the ways to and from it is no longer than a reach, as long as one is drawn so short.
+    def ways(self, pattern: Pattern, variant: int, rng: np.random.Generator) -> Ways:
+        """A pattern, as large as a reach in metres of `FreeSpace.flown_lengths` allows.
 
         Args:
             pattern: Which.
             variant: Each varies heading, layers, datum or eagerness.
             rng: Of what is left to chance.
-            reach_m: In metres of `FreeSpace.flown_lengths`.
+
+        Returns:
+            From a reach to the pattern that with the ways to and from it is no longer, as long as one is drawn so
+            short.
         """
         match pattern:
             case Pattern.LAWNMOWER:
-                return self._lawnmower(variant, reach_m)
+                return self._lawnmowers(variant)
             case Pattern.TOUR:
-                return self._tour(rng, reach_m)
+                return self._tours(rng)
             case Pattern.RIDGE:
-                eagerness = EAGERNESS[variant % len(EAGERNESS)]
-                flat = greedy_ridge(self._problem, self._lead_in[-1], reach_m, eagerness)
-                return self._altitudes.lifted(flat, self._quantile(variant))
+                return self._ridges(variant)
             case Pattern.RANDOM:
-                return self._random(rng, reach_m)
+                return self._wanderings(rng)
             case Pattern.SPIRAL:
-                return self._spiral(variant, reach_m)
+                return self._spirals(variant)
             case Pattern.SECTORS:
-                return self._sectors(variant, rng, reach_m)
+                return self._sectors(variant, rng)
             case Pattern.SQUARE:
-                return self._square(variant, reach_m)
+                return self._squares(variant)
 
-    def joined(self, way: Float[np.ndarray, "point 3"]) -> Float[np.ndarray, "point 3"]:
+    def joined(self, way: Way) -> Way:
         """A pattern with the ways to and from it; where the end is free, it ends at its last free point."""
         end = self._problem.end_position_m
         if end is not None:
@@ -85,40 +89,50 @@ class Drawing:
             return self._lead_in[[0, -1]]
         return np.concatenate([self._lead_in, way[: open_points[-1] + 1]])
 
-    def _length(self, way: Float[np.ndarray, "point 3"]) -> float:
+    def _length(self, way: Way) -> float:
         end = self._problem.end_position_m
         joined = np.concatenate([self._lead_in, way] if end is None else [self._lead_in, way, end[None]])
         return float(self._free.flown_lengths(joined).sum())
 
-    def _fitted(
-        self, make: Callable[[int], Float[np.ndarray, "point 3"]], most: int, reach_m: float
-    ) -> Float[np.ndarray, "point 3"]:
-        """The pattern of the largest size, 1 … most, within the reach; of size one where even that is too long."""
-        low, high = 1, 2
-        while high <= most and self._length(make(high)) <= reach_m:
-            low, high = high, 2 * high
-        high = min(high, most + 1)
-        while high - low > 1:
-            middle = (low + high) // 2
-            low, high = (middle, high) if self._length(make(middle)) <= reach_m else (low, middle)
-        return make(low)
+    def _fitted(self, make: Callable[[int], Way], most: int) -> Ways:
+        """The pattern of the largest size, 1 … most, within a reach; of size one where even that is too long.
+
+        Each size is drawn once, however many reaches are asked for.
+        """
+
+        @functools.cache
+        def drawn(size: int) -> tuple[Way, float]:
+            way = make(size)
+            return way, self._length(way)
+
+        def within(reach_m: float) -> Way:
+            low, high = 1, 2
+            while high <= most and drawn(high)[1] <= reach_m:
+                low, high = high, 2 * high
+            high = min(high, most + 1)
+            while high - low > 1:
+                middle = (low + high) // 2
+                low, high = (middle, high) if drawn(middle)[1] <= reach_m else (low, middle)
+            return drawn(low)[0]
+
+        return within
 
     def _quantile(self, variant: int) -> float:
         """Share of the information below a flight of one altitude: the middle first."""
         return QUANTILES[variant % len(QUANTILES)] if self._altitudes.layered else 0.5
 
-    def _lawnmower(self, variant: int, reach_m: float) -> Float[np.ndarray, "point 3"]:
+    def _lawnmowers(self, variant: int) -> Ways:
         headings = self._region.headings_rad
         heading = headings[variant % len(headings)]
         layers = 1 + (variant // len(headings) + 1) % 3 if self._altitudes.layered else 1
 
-        def make(rows: int) -> Float[np.ndarray, "point 3"]:
+        def make(rows: int) -> Way:
             levels = self._altitudes.levels(layers)
             return self._nearest_way_round(layered_rows(self._region, heading, rows, levels))
 
-        return self._fitted(make, MOST_ROWS, reach_m)
+        return self._fitted(make, MOST_ROWS)
 
-    def _nearest_way_round(self, way: Float[np.ndarray, "point 3"]) -> Float[np.ndarray, "point 3"]:
+    def _nearest_way_round(self, way: Way) -> Way:
         """The pattern, or its mirror image, whichever begins and ends with the shorter ways."""
         middle = self._region.center_m
         images = [way, way[::-1]]
@@ -129,8 +143,14 @@ class Drawing:
         # Mirror images cover a fenced area differently; there only the direction is free.
         return min(images[:2] if self._problem.fence_polygon_m is not None else images, key=self._length)
 
-    def _spiral(self, variant: int, reach_m: float) -> Float[np.ndarray, "point 3"]:
-        def make(half_turns: int) -> Float[np.ndarray, "point 3"]:
+    def _ridges(self, variant: int) -> Ways:
+        eagerness, quantile = EAGERNESS[variant % len(EAGERNESS)], self._quantile(variant)
+        return lambda reach_m: self._altitudes.lifted(
+            greedy_ridge(self._problem, self._lead_in[-1], reach_m, eagerness), quantile
+        )
+
+    def _spirals(self, variant: int) -> Ways:
+        def make(half_turns: int) -> Way:
             flat = spiral(self._region, half_turns / 2.0)
             if not self._altitudes.layered:
                 outward = self._altitudes.lifted(flat, 0.5)
@@ -139,45 +159,44 @@ class Drawing:
             low, high = self._altitudes.lifted(flat, 0.3), self._altitudes.lifted(flat[::-1], 0.7)
             return np.concatenate([low, high] if variant % 2 == 0 else [high[::-1], low[::-1]])
 
-        return self._fitted(make, MOST_ROWS, reach_m)
+        return self._fitted(make, MOST_ROWS)
 
-    def _square(self, variant: int, reach_m: float) -> Float[np.ndarray, "point 3"]:
+    def _squares(self, variant: int) -> Ways:
         center = peak_m(self._problem) if variant % 2 == 0 else self._region.center_m
         quantile = self._quantile(variant)
         return self._fitted(
-            lambda legs: self._altitudes.lifted(expanding_square(self._region, center, legs), quantile),
-            MOST_ROWS,
-            reach_m,
+            lambda legs: self._altitudes.lifted(expanding_square(self._region, center, legs), quantile), MOST_ROWS
         )
 
-    def _sectors(self, variant: int, rng: np.random.Generator, reach_m: float) -> Float[np.ndarray, "point 3"]:
+    def _sectors(self, variant: int, rng: np.random.Generator) -> Ways:
         center, heading = peak_m(self._problem), float(rng.uniform(0.0, np.pi))
         radius = spread_m(self._problem, center) * SECTOR_RADII[variant % len(SECTOR_RADII)]
         quantile = self._quantile(variant)
 
-        def make(count: int) -> Float[np.ndarray, "point 3"]:
+        def make(count: int) -> Way:
             return self._free.clipped(self._altitudes.lifted(sectors(center, radius, count, heading), quantile))
 
-        return self._fitted(make, MOST_ROWS // 4, reach_m)
+        return self._fitted(make, MOST_ROWS // 4)
 
-    def _tour(self, rng: np.random.Generator, reach_m: float) -> Float[np.ndarray, "point 3"]:
+    def _tours(self, rng: np.random.Generator) -> Ways:
         chance = int(rng.integers(2**32))
         end = self._problem.end_position_m
         vertical_cost = 0.5 * (self._free.climb_cost + self._free.descent_cost)
 
-        def make(count: int) -> Float[np.ndarray, "point 3"]:
+        def make(count: int) -> Way:
             places = stops(self._problem, count, np.random.default_rng(chance))
             order = tour(self._lead_in[-1], places, end, vertical_cost)
             return order[1:] if end is None else order[1:-1]
 
-        return self._free.pushed(self._fitted(make, MOST_STOPS, reach_m))
+        within = self._fitted(make, MOST_STOPS)
+        return lambda reach_m: self._free.pushed(within(reach_m))
 
-    def _random(self, rng: np.random.Generator, reach_m: float) -> Float[np.ndarray, "point 3"]:
+    def _wanderings(self, rng: np.random.Generator) -> Ways:
         end = self._problem.end_position_m
         places = rng.uniform(0.05, 0.95, (MOST_PLACES, 3))
 
-        def make(count: int) -> Float[np.ndarray, "point 3"]:
+        def make(count: int) -> Way:
             way = wander(self._problem.workspace, self._lead_in[-1], places[:count], end)
             return way[1:] if end is None else way[1:-1]
 
-        return self._fitted(make, MOST_PLACES, reach_m)
+        return self._fitted(make, MOST_PLACES)

@@ -112,9 +112,9 @@ class _Cutter:
         """
         problem, free = self._problem, self._free
         longest, reach, best = self._longest, FIRST_SHARE * self._longest, None
+        ways = self._drawing.ways(pattern, variant, np.random.default_rng(chance))
         for _ in range(FITTING_ROUNDS):
-            way = self._drawing.way(pattern, variant, np.random.default_rng(chance), reach)
-            path = led_to_the_end(free.path_through(self._drawing.joined(way)), problem, free, longest)
+            path = led_to_the_end(free.path_through(self._drawing.joined(ways(reach))), problem, free, longest)
             positions, excess = paced(path, problem, free, MOMENTS)
             # Of those that fit the longest, of those that do not the shortest.
             rank = excess if excess <= 1.0 else -excess
