@@ -266,7 +266,7 @@ def test_a_prior_on_the_knots_holds_paths_to_their_seeds_as_firmly_as_it_says(me
 
     def moved(prior: Prior | None) -> float:
         if method is Method.SVES:
-            found, _ = sves.descended(scene, seeds, Kernel.IDENTITY, [None], prior)
+            found, _ = sves.descended(scene, seeds, Kernel.IDENTITY, [sves.STEPS_AT_ONCE], prior)
         else:
             found, _ = explored(scene, seeds, Kernel.IDENTITY, 0, [STEIN_STEPS], prior)
         return float(np.sqrt(np.mean((found - seeds) ** 2)))
@@ -302,7 +302,7 @@ def test_where_the_papers_steps_diverge_the_seeds_are_left_and_it_is_said(monkey
     assert found.status is Status.DIVERGED
     # It is the narrow limits that are too stiff for plain steps.
     assert solve(problem_with(limits=Limits(30.0, 30.0, 30.0, 40.0)), paper).status is not Status.DIVERGED
-    monkeypatch.setattr(sves, "CHUNKS", 0)
+    monkeypatch.setattr(sves, "STEPS", 0)
     seeds = solve(problem_with(), paper)
     assert [one.cost for one in found.candidates] == pytest.approx([one.cost for one in seeds.candidates])
 
