@@ -58,7 +58,7 @@ Carry = TypeVar("Carry")
 def each_in_turn(
     look: Callable[[Carry, Array], Carry],
     carry: Carry,
-    bodies: Int[Array, ""],
+    bodies: int,
     near: NearLists | None,
     at_m: tuple[Array, Array, Array],
 ) -> Carry:
@@ -67,13 +67,12 @@ def each_in_turn(
     Args:
         look: From what came of it so far and a body's number, or one number for each point, to what comes of it next.
         carry: What to begin with.
-        bodies: How many there are; the count is data, so fillers behind them cost nothing.
+        bodies: How many there are, fillers too: a loop whose length is known needs no word from an accelerator whether
+            to go on.
         near: What to look at instead of all.
         at_m: Coordinates of the points.
     """
-    if near is None:
-        return jax.lax.fori_loop(0, bodies, lambda number, held: look(held, number), carry)
-    listed = jnp.moveaxis(near.at(*at_m), -1, 0)
+    listed = jnp.arange(bodies, dtype=jnp.int32) if near is None else jnp.moveaxis(near.at(*at_m), -1, 0)
     return jax.lax.scan(lambda held, number: (look(held, number), None), carry, listed)[0]
 
 

@@ -211,9 +211,7 @@ def _nearest_body(bodies: GrownBoxes, x: Array, y: Array, z: Array) -> Array:
         return jnp.minimum(least, distance), jnp.where(distance < least, number, nearest)
 
     begin = (jnp.full_like(x, jnp.inf), jnp.zeros(x.shape, jnp.int32))
-    # Fillers come last.
-    used = jnp.sum(bodies.center_m[:, 0] != FAR_M)
-    return each_in_turn(looked_at, begin, used, bodies.near, (x, y, z))[1]
+    return each_in_turn(looked_at, begin, bodies.floor_m.shape[0], bodies.near, (x, y, z))[1]
 
 
 class ObstacleField(eqx.Module):

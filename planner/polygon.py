@@ -286,7 +286,6 @@ def _nearest_edge(prisms: Prisms, x: Array, y: Array, z: Array) -> tuple[Array, 
         )
 
     far, none, one = jnp.full_like(x, jnp.inf), jnp.zeros(x.shape, jnp.int32), jnp.ones_like(x)
-    # Fillers come last.
-    used = jnp.sum(prisms.start_m[:, 0, 0] != FAR_M)
-    _, edge, sign, *_ = each_in_turn(looked_at, (far, none, one, far, none, one), used, prisms.near, (x, y, z))
+    begin = (far, none, one, far, none, one)
+    _, edge, sign, *_ = each_in_turn(looked_at, begin, prisms.first.shape[0], prisms.near, (x, y, z))
     return edge, sign
