@@ -26,7 +26,7 @@ from planner.polish import STEIN_STEPS, STEIN_STEPS_AT_ONCE, Particles, Round, e
 from planner.problem import Method, Options, Problem
 from planner.rerouting import rerouted
 from planner.scene import TURN_RAD, Scene, free_from_control, knots_for, scene_of, trajectory_of, wanted_interval_s
-from planner.seeds import heading_spline, seed_headings, seed_paths, spline_from_path
+from planner.seeds import LAST_RESORT, heading_spline, seed_headings, seed_paths, spline_from_path
 from planner.selection import select
 from planner.time_budget import TimeBudget
 from planner.trajectory import Trajectory
@@ -54,7 +54,8 @@ REPAIR_PORTIONS = 4
 """Few candidates need repair: one of so many parts of the set is compiled for it. For a replan, which must not compile
 anything in flight, it is the whole set."""
 MOST_SETS = 2
-"""Where not one candidate passes, so many sets of seeds are tried: other patterns find other ways."""
+"""Where not one candidate passes, so many sets of seeds are tried, as other patterns find other ways; and then direct
+ways, which are likeliest to be feasible."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -172,8 +173,10 @@ class _Work:
         if missing:
             chance = np.random.default_rng(self.options.seed)
             within = self.budget.within(SEED_SHARE)
-            everything = seed_paths(self.problem, (1 + self.spent) * missing, chance, within)
-            found = everything[-missing:]
+            if self.spent < MOST_SETS:
+                found = seed_paths(self.problem, (1 + self.spent) * missing, chance, within)[-missing:]
+            else:
+                found = seed_paths(self.problem, missing, chance, within, LAST_RESORT)
             self.patterns += [seed.pattern for seed in found]
             paths += [seed.points_m for seed in found]
         if self.options.modes[2] == 1:
@@ -214,7 +217,7 @@ class _Work:
         self._refine(seeds)
         while not (self.warm or any(one.feasible for one in self.best) or self.budget.is_over()):
             self.spent += 1
-            if self.spent == MOST_SETS:
+            if self.spent > MOST_SETS:
                 break
             others = self.starting_set(())
             self.offer(others)

@@ -20,6 +20,9 @@ MOST_ROWS = 200
 EAGERNESS = (1.0, 2.0, 1.5, 3.0)
 QUANTILES = (0.5, 0.3, 0.7)
 SECTOR_RADII = (1.0, 0.6, 1.4)
+# Of a way out and back: how finely its length is chosen, and how many random places are looked at for a free one.
+OUTWARD_STEPS = 32
+PLACES_TRIED = 64
 
 Way = Float[np.ndarray, "point 3"]
 Ways = Callable[[float], Way]
@@ -36,6 +39,7 @@ class Pattern(enum.Enum):
     SPIRAL = "spiral"
     SECTORS = "sector search"
     SQUARE = "expanding square"
+    DIRECT = "direct way"
 
 
 class Drawing:
@@ -78,6 +82,8 @@ class Drawing:
                 return self._sectors(variant, rng)
             case Pattern.SQUARE:
                 return self._squares(variant)
+            case Pattern.DIRECT:
+                return self._directs(variant, rng)
 
     def joined(self, way: Way) -> Way:
         """A pattern with the ways to and from it; where the end is free, it ends at its last free point."""
@@ -200,3 +206,14 @@ class Drawing:
             return way[1:] if end is None else way[1:-1]
 
         return self._fitted(make, MOST_PLACES)
+
+    def _directs(self, variant: int, rng: np.random.Generator) -> Ways:
+        """As little as can be flown: to the end; of a tour, and after the first, by way of one free place."""
+        begin, end = self._lead_in[-1], self._problem.end_position_m
+        if variant == 0 and end is not None and not np.allclose(begin, end):
+            return lambda _: np.zeros((0, 3))
+        place = np.array([*self._region.center_m, begin[2]])
+        if variant > 0 or self._free.margin(place) < 0.0:
+            places = self._problem.workspace.enu_from_unit(rng.uniform(0.05, 0.95, (PLACES_TRIED, 3)))
+            place = places[int(np.argmax(self._free.margin(places) >= 0.0))]
+        return self._fitted(lambda size: (begin + size / OUTWARD_STEPS * (place - begin))[None], OUTWARD_STEPS)

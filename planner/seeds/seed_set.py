@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import dataclasses
 import itertools
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -42,6 +42,8 @@ ORDER = (
     Pattern.TOUR,
     Pattern.RANDOM,
 )
+LAST_RESORT = (Pattern.DIRECT,)
+"""Where nothing comes of those, what is likeliest to be feasible."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -58,7 +60,11 @@ class SeedPath:
 
 
 def seed_paths(
-    problem: Problem, count: int, rng: np.random.Generator, go_on: Callable[[], bool] = lambda: True
+    problem: Problem,
+    count: int,
+    rng: np.random.Generator,
+    go_on: Callable[[], bool] = lambda: True,
+    order: Sequence[Pattern] = ORDER,
 ) -> list[SeedPath]:
     """Different paths from the problem's start to its end.
 
@@ -68,11 +74,12 @@ def seed_paths(
         rng: Of every choice left to chance: the same generator state gives the same paths.
         go_on: Asked before each but the first few whether there is time to draw it; the missing ones are variations of
             those that were drawn.
+        order: Which patterns, in order and round again.
     """
     cutter = _Cutter(problem)
     used = dict.fromkeys(Pattern, 0)
     seeds = []
-    for pattern in itertools.islice(itertools.cycle(ORDER), count):
+    for pattern in itertools.islice(itertools.cycle(order), count):
         if len(seeds) >= FEWEST_DRAWN and not go_on():
             break
         seeds.append(SeedPath(pattern.value, cutter.path(pattern, used[pattern], int(rng.integers(2**32)))))

@@ -16,7 +16,8 @@ from planner.polish import STEIN_STEPS, explored, parted
 from planner.priors import GaussianPrior, Prior, ScalePrior, WalkPrior
 from planner.problem import Covered, Kernel, Limits, Method, MetricWeights, Options, Problem
 from planner.scene import Scene, free_from_control, knots_for, scene_of
-from planner.seeds import seed_paths, spline_from_path
+from planner.seeds import LAST_RESORT, seed_paths, spline_from_path
+from planner.seeds.seed_set import ORDER
 from planner.solver import Progress, solve
 from planner.spectral_metric import mean_basis
 from planner.trajectory import Motion, Trajectory
@@ -294,6 +295,26 @@ def test_the_papers_recipe_runs_and_its_candidates_are_judged_like_all_others() 
     assert len(found.candidates) == OPTIONS.candidates
     if found.selected is not None:
         assert gate.prove(found.best.trajectory, problem_with()).report.passed
+
+
+def test_where_no_pattern_comes_to_anything_a_direct_way_is_planned(monkeypatch: pytest.MonkeyPatch) -> None:
+    def too_fast(problem, count, rng, go_on=lambda: True, order=ORDER):
+        drawn = seed_paths(problem, count, rng, go_on, order)
+        if order is LAST_RESORT:
+            return drawn
+        # The same places in any order: no step of the polish is taken that could mend them.
+        return [dataclasses.replace(seed, points_m=rng.permutation(seed.points_m)) for seed in drawn]
+
+    monkeypatch.setattr(solver, "seed_paths", too_fast)
+    monkeypatch.setattr(solver, "explored", lambda _scene, particles, *_: (particles, 0))
+    monkeypatch.setattr(solver, "polished", lambda _scene, particles, *_: (particles, 0))
+    for end_m in (None, np.array([52.0, 33.0, 11.0]), problem_with().end_position_m):
+        problem = problem_with(end_position_m=end_m)
+        found = solve(problem, OPTIONS)
+        assert found.best.seed_pattern == "direct way"
+        assert gate.prove(found.best.trajectory, problem).report.passed
+    monkeypatch.setattr(solver, "LAST_RESORT", ORDER)
+    assert solve(problem_with(), OPTIONS).status is Status.INFEASIBLE
 
 
 def test_where_the_papers_steps_diverge_the_seeds_are_left_and_it_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
