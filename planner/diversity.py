@@ -76,8 +76,8 @@ def diversity(paths_unit: Float[np.ndarray, "particle time 3"]) -> Diversity:
     if count == 1:
         return Diversity(determinant=0.0, mean_pair_distance=0.0, frechet=0.0, effective_plans=1.0)
     distances = rms_distances(paths)
-    in_time = _eigenvalues(distances, TIME_BANDWIDTH_UNIT2)
-    in_place = _eigenvalues(frechet_distances(paths), FRECHET_BANDWIDTH_UNIT2)
+    in_time = eigenvalues(distances, TIME_BANDWIDTH_UNIT2)
+    in_place = eigenvalues(frechet_distances(paths), FRECHET_BANDWIDTH_UNIT2)
     # 1 − det without the cancellation near one; det = 1 to the last digit gives −log ε.
     missing = -np.expm1(np.log(in_place).sum()) if (in_place > 0.0).all() else 1.0
     share = in_place[in_place > 0.0] / in_place.sum()
@@ -110,6 +110,18 @@ def frechet_distances(paths_unit: Float[np.ndarray, "particle time 3"]) -> Float
     return distances
 
 
+def eigenvalues(
+    distances: Float[np.ndarray, "particle particle"], bandwidth_unit2: float
+) -> Float[np.ndarray, "particle"]:
+    """Eigenvalues of exp(−d²/h), at least zero: on the Fréchet distance the kernel need not be positive definite.
+
+    Args:
+        distances: d_ij, unit cube.
+        bandwidth_unit2: h.
+    """
+    return np.maximum(np.linalg.eigvalsh(np.exp(-(distances**2) / bandwidth_unit2)), 0.0)
+
+
 def _frechet(
     first: Float[np.ndarray, "3 sample pair"], second: Float[np.ndarray, "3 sample pair"]
 ) -> Float[np.ndarray, "pair"]:
@@ -130,10 +142,3 @@ def _frechet(
         current[low + 1 : high + 1] = np.maximum(gap2, reached)
         before_last, last = last, current
     return np.sqrt(last[samples])
-
-
-def _eigenvalues(
-    distances: Float[np.ndarray, "particle particle"], bandwidth_unit2: float
-) -> Float[np.ndarray, "particle"]:
-    """Eigenvalues of exp(−d²/h), at least zero: on the Fréchet distance the kernel need not be positive definite."""
-    return np.maximum(np.linalg.eigvalsh(np.exp(-(distances**2) / bandwidth_unit2)), 0.0)

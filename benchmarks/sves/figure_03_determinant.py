@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks.sves.product import square
 from benchmarks.sves.recipe import Recipe, run, start_set, world
 from benchmarks.sves.report import print_claims, save
-from planner.diversity import Diversity, diversity, rms_distances
+from planner.diversity import Diversity, diversity, eigenvalues, rms_distances
 from planner.information import uniform
 from planner.problem import Kernel, MetricWeights
 from planner.spectral_metric import SpectralMetric
@@ -32,8 +32,8 @@ RECIPES = {
 
 def determinants(paths_unit: np.ndarray) -> list[float]:
     """Det K of a set for each of the bandwidths."""
-    squared = rms_distances(paths_unit.astype(float)) ** 2
-    return [float(np.linalg.det(np.exp(-squared / bandwidth))) for bandwidth in BANDWIDTHS_UNIT2]
+    distances = rms_distances(paths_unit.astype(float))
+    return [float(eigenvalues(distances, bandwidth).prod()) for bandwidth in BANDWIDTHS_UNIT2]
 
 
 def most_determinant(count: int, bandwidth_unit2: float) -> float:
