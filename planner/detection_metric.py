@@ -133,9 +133,7 @@ def _left_undone(
     metric: DetectionMetric, middle_m: Float[Array, "time 2"], step_m: Float[Array, "time"]
 ) -> Float[Array, ""]:
     """E_d of steps of given lengths about given places."""
-    (east, _), (north, _) = (metric.seen(middle_m[:, axis], edges) for axis, edges in enumerate(metric.edges_m))
-    swept = metric.rate * 2.0 * metric.radius_m * ((east * step_m) @ north.T)
-    return metric.most_found - jnp.sum(metric.probability * -jnp.expm1(-swept))
+    return _forward(metric, middle_m, step_m)[0]
 
 
 def _forward(metric, middle_m, step_m):  # noqa: ANN001 (custom_vjp's own signature)
@@ -143,15 +141,15 @@ def _forward(metric, middle_m, step_m):  # noqa: ANN001 (custom_vjp's own signat
         metric.seen(middle_m[:, axis], edges) for axis, edges in enumerate(metric.edges_m)
     )
     sweep = metric.rate * 2.0 * metric.radius_m
-    missed = metric.probability * jnp.exp(-sweep * ((east * step_m) @ north.T))
-    value = metric.most_found - jnp.sum(metric.probability - missed)
+    found = metric.probability * -jnp.expm1(-sweep * ((east * step_m) @ north.T))
+    missed = metric.probability - found
     # What another metre from each place would find, cell by cell of one axis.
     by_east, by_north = sweep * (missed @ north), sweep * (missed.T @ east)
     by_step = -jnp.sum(by_east * east, axis=0)
     by_middle = -step_m[:, None] * jnp.stack(
         [jnp.sum(by_east * along_east, axis=0), jnp.sum(by_north * along_north, axis=0)], axis=1
     )
-    return value, (metric, by_middle, by_step)
+    return metric.most_found - jnp.sum(found), (metric, by_middle, by_step)
 
 
 def _backward(saved, cotangent):  # noqa: ANN001 (custom_vjp's own signature)
