@@ -215,10 +215,10 @@ class _Work:
     def refine(self, seeds: Particles) -> None:
         """The product's own optimiser, from other seeds where these come to nothing."""
         self._refine(seeds)
-        while not (self.warm or any(one.feasible for one in self.best) or self.budget.is_over()):
-            self.spent += 1
-            if self.spent > MOST_SETS:
+        while self.spent < MOST_SETS:
+            if self.warm or any(one.feasible for one in self.best) or self.budget.is_over():
                 break
+            self.spent += 1
             others = self.starting_set(())
             self.offer(others)
             self._refine(others)

@@ -70,10 +70,10 @@ class TimeBudget:
         """
         share_s = self._share_s(share)
         # How long a step takes is not known before the first few.
-        affordable = min(FIRST_STEPS, at_once) if 0.0 < share_s < math.inf else share_s
+        affordable = FIRST_STEPS if math.isfinite(share_s) else math.inf
         while steps:
             portion = int(min(steps, at_once, affordable))
-            if portion < 1:
+            if share_s <= 0.0 or portion < 1:
                 self.fell_short = True
                 return
             before_s = self.left_s()
@@ -116,8 +116,6 @@ class TimeBudget:
 
     def _affordable(self, time_s: float) -> float:
         """Steps that fit into a time, at the pace of the last ones."""
-        if time_s <= 0.0:
-            return 0.0
         return time_s / self._step_s if self._step_s > 0.0 else math.inf
 
     def _share_s(self, share: float) -> float:

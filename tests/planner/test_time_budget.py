@@ -28,6 +28,14 @@ def spent(clock: Clock, budget: TimeBudget, step_s: float, share: float = 1.0, h
     return taken
 
 
+def stepped(clock: Clock, budget: TimeBudget, step_s: float, steps: int = 60, share: float = 0.25) -> list[int]:
+    taken = []
+    for portion in budget.portions(steps, 10, share):
+        taken.append(portion)
+        clock.left_s -= step_s * portion
+    return taken
+
+
 @pytest.mark.parametrize("left_s", [math.inf, 10.0])
 def test_with_time_enough_everything_is_done_as_planned(left_s):
     clock = Clock(left_s)
@@ -69,8 +77,7 @@ def test_the_gate_holds_back_no_more_than_half():
 def test_with_hardly_any_time_fewer_rounds_do():
     clock = Clock(2.0)
     budget = TimeBudget(clock)
-    for steps in budget.portions(10, 10, 1.0):
-        clock.left_s -= 0.02 * steps
+    stepped(clock, budget, 0.02, steps=10, share=1.0)
     # 1.8 s are 90 steps at 20 ms; 200 are planned, and 8 tell the pace.
     taken = spent(clock, budget, 0.02, hurried=HURRIED)
     assert taken == [Round(0.01, FEWEST_STEPS), Round(0.1, 41), Round(1.0, 41)]
@@ -80,8 +87,7 @@ def test_with_hardly_any_time_fewer_rounds_do():
 def test_slow_work_before_hurries_nothing_that_is_quick_itself():
     clock = Clock(2.0)
     budget = TimeBudget(clock)
-    for steps in budget.portions(10, 10, 1.0):
-        clock.left_s -= 0.02 * steps
+    stepped(clock, budget, 0.02, steps=10, share=1.0)
     assert spent(clock, budget, 0.001, hurried=HURRIED) == [Round(0.01, FEWEST_STEPS), *PLANNED]
     assert not budget.fell_short
 
@@ -89,23 +95,15 @@ def test_slow_work_before_hurries_nothing_that_is_quick_itself():
 def test_portions_end_with_their_share_and_the_first_is_a_few_steps():
     clock = Clock(4.0)
     budget = TimeBudget(clock)
-    taken = []
-    for steps in budget.portions(60, 10, 0.25):
-        taken.append(steps)
-        clock.left_s -= 0.03 * steps
     # A second is 33 steps.
-    assert taken == [FIRST_STEPS, 10, 10, 10, 1]
+    assert stepped(clock, budget, 0.03) == [FIRST_STEPS, 10, 10, 10, 1]
     assert budget.fell_short
 
 
 def test_where_a_few_steps_take_all_the_time_no_more_are_begun():
     clock = Clock(4.0)
     budget = TimeBudget(clock)
-    taken = []
-    for steps in budget.portions(60, 10, 0.25):
-        taken.append(steps)
-        clock.left_s -= 0.6 * steps
-    assert taken == [FIRST_STEPS]
+    assert stepped(clock, budget, 0.6) == [FIRST_STEPS]
 
 
 def test_nothing_is_begun_when_it_is_over():
