@@ -16,8 +16,8 @@ def median_bandwidth(
 ) -> Float[jax.Array, ""]:
     """Median over the pairs of ‖x_i − x_j‖²/log(N + 1), at least `floor`, without a gradient.
 
-    Of a large set it is that of `MOST_PAIRS` pairs, evenly chosen. With it the N − 1 others of a typical candidate weigh
-    as much in Σ_j k(x_i, x_j) as the candidate itself.
+    Of a large set it is that of `MOST_PAIRS` pairs, evenly chosen. With it the N − 1 others of a typical candidate
+    weigh as much in Σ_j k(x_i, x_j) as the candidate itself.
 
     Args:
         squared_distance: ‖x_i − x_j‖², shape (…, particle, particle).

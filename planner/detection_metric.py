@@ -20,7 +20,7 @@ What makes it cheap, and smooth enough to descend:
    where something was swept once.
 3. B bounds E_d from below by zero: no effort of the same area finds more by the same law, wherever it is put.
 4. Samples much closer than a radius are left out, and cells much finer than one taken together.
-5. Its derivative is written out: two more products, with a quarter of the time that differentiating the tables takes.
+5. Its derivative is written out: two more products, a ninth of the time that differentiating the tables takes.
 """
 
 from __future__ import annotations
