@@ -122,15 +122,18 @@ def markov_terms(particles: Float[Array, "particle knot axis"], neighbours: int)
     pairs = sum(knots - abs(offset) for offset in range(-reach, reach + 1))
     gram = jnp.zeros((count, count), particles.dtype)
     repulsion = jnp.zeros((axes, count, knots), particles.dtype)
-    for offset in range(-reach, reach + 1):
-        # Pairs (t, t + offset): t of the particle whose gradient is taken, t + offset of the one it acts on.
-        low, high = max(0, -offset), knots - max(0, offset)
-        moved, fixed = along[:, :, None, low:high], along[:, None, :, low + offset : high + offset]
-        apart = [moved[axis] - fixed[axis] for axis in range(axes)]
+    for offset in range(reach + 1):
+        # Pairs (t, t + offset) of every two particles; read the other way round they are the pairs (t + offset, t).
+        last = knots - offset
+        apart = along[:, :, None, :last] - along[:, None, :, offset:]
         alike = jnp.exp(-functools.reduce(jnp.add, (part**2 for part in apart)) / bandwidth)
-        gram = gram + jnp.sum(alike, axis=-1)
-        pulled = jnp.stack([jnp.sum(alike * part, axis=0) for part in apart])
-        repulsion = repulsion.at[:, :, low:high].add(pulled)
+        together = jnp.sum(alike, axis=-1)
+        pulled = jnp.stack([alike * part for part in apart])
+        gram = gram + together
+        repulsion = repulsion.at[:, :, :last].add(jnp.sum(pulled, axis=1))
+        if offset:
+            gram = gram + together.T
+            repulsion = repulsion.at[:, :, offset:].add(-jnp.sum(pulled, axis=2))
     return gram / pairs, jnp.moveaxis((-2.0 / (bandwidth * pairs)) * repulsion, 0, 2)
 
 
