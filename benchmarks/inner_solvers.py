@@ -11,7 +11,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
 from planner import lbfgs
-from planner.augmented_lagrangian import Info, State, concluded, cosine_basis, frequency_scale
+from planner.augmented_lagrangian import Info, State, concluded
+from planner.frequency_coordinates import FrequencyCoordinates
 from planner.scene import Scene
 from planner.spectral_metric import SpectralMetric
 
@@ -63,12 +64,12 @@ def _gauss_newton(
     scene: Scene, state: State, penalty: Float[Array, ""], inner_steps: Int[Array, ""]
 ) -> tuple[State, Info]:
     shape = state.free.shape
-    cosines, scale = jnp.asarray(cosine_basis(shape[0])), frequency_scale(scene, shape[0], penalty)
+    coordinates = FrequencyCoordinates.of(scene, shape[0], penalty)
     assert isinstance(scene.metric, SpectralMetric)
     metric = scene.metric
 
     def free_of(flat: Array) -> Array:
-        return state.free + cosines @ (scale * flat.reshape(shape))
+        return state.free + coordinates.move(flat.reshape(shape))
 
     def roots(flat: Array) -> Array:
         control = scene.control_points(free_of(flat))

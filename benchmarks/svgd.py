@@ -138,6 +138,9 @@ def seconds_to(race: Race, particles: Particles, target: float, started_s: float
         return reached[0]
     if with_stein:
         particles, _ = explored(race.scene, particles, race.options.kernel, race.options.seed, [STEIN_STEPS])
+        after_round(float(np.min(metrics_of(race.scene, jnp.asarray(particles, jnp.float32)))))
+        if reached:
+            return reached[0]
     # The product's own rounds, in pieces, so that the moment is seen.
     looks = [Round(one.penalty, STEPS_A_LOOK) for one in POLISH for _ in range(-(-one.steps // STEPS_A_LOOK))]
     pieces = itertools.takewhile(lambda _: not reached, looks)
