@@ -11,8 +11,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Float, Int
 
 from planner import lbfgs
-from planner.augmented_lagrangian import Info, State, concluded
-from planner.frequency_coordinates import FrequencyCoordinates
+from planner.augmented_lagrangian import Info, State, concluded, cosine_basis, frequency_scale
 from planner.scene import Scene
 from planner.spectral_metric import SpectralMetric
 
@@ -64,12 +63,12 @@ def _gauss_newton(
     scene: Scene, state: State, penalty: Float[Array, ""], inner_steps: Int[Array, ""]
 ) -> tuple[State, Info]:
     shape = state.free.shape
-    coordinates = FrequencyCoordinates.of(scene, shape[0], penalty)
+    cosines, scale = jnp.asarray(cosine_basis(shape[0])), frequency_scale(scene, shape[0], penalty)
     assert isinstance(scene.metric, SpectralMetric)
     metric = scene.metric
 
     def free_of(flat: Array) -> Array:
-        return state.free + coordinates.move(flat.reshape(shape))
+        return state.free + cosines @ (scale * flat.reshape(shape))
 
     def roots(flat: Array) -> Array:
         control = scene.control_points(free_of(flat))

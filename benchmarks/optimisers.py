@@ -20,7 +20,7 @@ from benchmarks.inner_solvers import adam_init, adam_step, gauss_newton_step
 from benchmarks.timing import machine, without_baseline
 from mission import load
 from mission.site.problem import options_from_mission, problem_from_mission
-from planner import augmented_lagrangian, frequency_coordinates, lbfgs, solver
+from planner import augmented_lagrangian, lbfgs, solver
 from planner.plan import Plan
 from planner.polish import Particles, Round, polished
 from planner.problem import Kernel, Method, Options, Problem
@@ -35,7 +35,7 @@ WANTED = 1.5
 
 def _plain_scale(_scene: object, count: int, _penalty: object) -> jax.Array:
     """No frequency coordinates: every frequency moves a path as far as the slowest does."""
-    return jnp.full((count, 3), (frequency_coordinates.METRIC_CURVATURE / count) ** -0.5)
+    return jnp.full((count, 3), (augmented_lagrangian.METRIC_CURVATURE / count) ** -0.5)
 
 
 def _coarse_to_fine(
@@ -75,7 +75,7 @@ def _changed(part: str) -> Iterator[None]:
 
         match part:
             case "without frequency coordinates":
-                put(frequency_coordinates, "frequency_scale", _plain_scale)
+                put(augmented_lagrangian, "frequency_scale", _plain_scale)
             case "without a slow start of the penalties":
                 put_rounds(lambda one: dataclasses.replace(one, penalty=10.0))
             case "without Stein steps":

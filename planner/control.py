@@ -40,8 +40,8 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from planner import stein
-from planner.control_steps import own_score_step, smoother, stein_step
 from planner.dynamics import Dynamics, position_of, rollout
+from planner.kernels import kernel_terms
 from planner.obstacles import ObstacleField
 from planner.priors import Prior
 from planner.problem import Kernel
@@ -49,6 +49,13 @@ from planner.workspace import Workspace
 
 PENALTY_YARD = 0.01
 """A violation of this share of the longest axis costs one, at each sample."""
+
+REPULSION = 0.3
+"""Of the most repelled candidate, against a score of one."""
+
+# Of the cube of controls, in one step: a receding horizon has few steps before each control, and starts from an answer.
+LONGEST_STEP = 0.2
+SHORTEST_STEP = 0.002
 
 SMALLEST_METRIC = 1e-7
 
@@ -254,13 +261,13 @@ def step(
         cost = _assess(task, metric, vehicle, reference, cube).cost
         return task.prior.log_density(2.0 * cube - 1.0) - task.inverse_temperature * cost
 
-    smooth = jnp.asarray(smoother(horizon))
+    smooth = jnp.asarray(stein.smoother(horizon))
 
     def body(inner: stein.State, _: None) -> tuple[stein.State, None]:
         score = jax.vmap(jax.grad(log_posterior))(inner.particles)
         match task.transport:
             case Transport.STEIN:
-                return stein_step(inner, score, task.kernel, smooth, task.iterations), None
+                return stein.step(inner, score, task.kernel, smooth, task.iterations), None
             case Transport.OWN_SCORE:
                 return own_score_step(inner, score, task.kernel, smooth, task.iterations), None
 
@@ -282,6 +289,27 @@ def step(
         control=task.controls(particles[selected])[0], selected=selected, safe=longest == horizon, candidates=final
     )
     return ControlState(particles, flown, moments), info
+
+
+def own_score_step(
+    state: stein.State,
+    score: Float[Array, "particle time control"],
+    kernel: Kernel,
+    smooth: Float[Array, "time time"],
+    steps: int,
+) -> stein.State:
+    """One annealed step of `steps`: own scores at unit length, repulsion that fades, momentum as in `planner.stein`."""
+    progress = state.index / steps
+    fading = 0.5 * (1.0 + jnp.cos(jnp.pi * jnp.minimum(progress / stein.REPULSION_SHARE, 1.0)))
+    _, repulsion = kernel_terms(kernel, state.particles)
+    pull = score / jnp.maximum(_norms(score), 1e-20)
+    away = repulsion / jnp.maximum(jnp.max(_norms(repulsion)), 1e-12)
+    smoothed = jnp.einsum("kl,nld->nkd", smooth, pull + REPULSION * fading * away)
+    momentum = stein.MOMENTUM * state.momentum + smoothed
+    length = SHORTEST_STEP * (LONGEST_STEP / SHORTEST_STEP) ** (1.0 - progress)
+    largest = jnp.max(jnp.abs(momentum), axis=(1, 2), keepdims=True)
+    moved = state.particles + length * momentum / jnp.maximum(largest, 1e-20)
+    return stein.State(jnp.clip(moved, 0.0, 1.0), momentum, state.index + 1)
 
 
 def with_memory(
@@ -337,3 +365,7 @@ def _assess(
         clear_moments=jnp.sum(jnp.cumprod(clear.astype(jnp.int32))),
         positions_m=positions,
     )
+
+
+def _norms(vectors: Float[Array, "particle time control"]) -> Float[Array, "particle 1 1"]:
+    return jnp.sqrt(jnp.sum(vectors**2, axis=(1, 2), keepdims=True))

@@ -15,15 +15,13 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from planner import augmented_lagrangian, stein
-from planner.frequency_coordinates import FrequencyCoordinates
 from planner.priors import Prior
 from planner.problem import Kernel
 from planner.scene import Scene
 
-STEIN_STEPS = 20
+STEIN_STEPS = 60
 STEIN_STEPS_AT_ONCE = 10
-# The Stein phase may cut corners, but not as the polish's first round may: paths that outgrow the limits there lose the
-# shape of their seed.
+# The Stein phase may cut corners; the polish makes them good.
 STEIN_PENALTY = 0.1
 
 Particles = Float[np.ndarray, "particle free axis"]
@@ -52,16 +50,18 @@ def explored(
         particles: Their free control points, unit cube.
         kernel: How they repel each other.
         seed: Of the noise that parts candidates which coincide.
-        portions: How many steps to take, and again when they are done. The kernel fades over `STEIN_STEPS`.
+        portions: How many steps to take, and again when they are done. Annealing ends with the last of `STEIN_STEPS`.
         prior: How likely it is that they get so far from where they begin; None: they get as far as they like.
 
     Returns:
         The candidates and the steps taken.
     """
-    begins = jnp.asarray(particles, jnp.float32)
+    smooth, begins = jnp.asarray(stein.smoother(particles.shape[1])), jnp.asarray(particles, jnp.float32)
     state, reference = _begin_exploring(scene, begins, jax.random.key(seed))
     for steps in portions:
-        state = jax.block_until_ready(_explore(scene, state, reference, kernel, begins, prior, jnp.int32(steps)))
+        state = jax.block_until_ready(
+            _explore(scene, state, reference, smooth, kernel, begins, prior, jnp.int32(steps))
+        )
     return np.asarray(state.particles), int(state.index)
 
 
@@ -115,20 +115,19 @@ def _explore(
     scene: Scene,
     state: stein.State,
     reference: Float[Array, "particle"],
+    smooth: Array,
     kernel: Kernel,
     begins: Float[Array, "particle free axis"],
     prior: Prior | None,
     steps: Int[Array, ""],
 ) -> stein.State:
-    coordinates = FrequencyCoordinates.of(scene, begins.shape[1], STEIN_PENALTY)
-
-    def log_posterior(free: Array, reference: Array, begin: Array) -> tuple[Array, Array]:
-        loss = augmented_lagrangian.penalised(scene, free, reference, STEIN_PENALTY)
-        return (0.0 if prior is None else prior.log_density(free - begin)) - loss, loss
+    def log_posterior(free: Array, reference: Array, begin: Array) -> Array:
+        likelihood = -augmented_lagrangian.penalised(scene, free, reference, STEIN_PENALTY)
+        return likelihood if prior is None else likelihood + prior.log_density(free - begin)
 
     def step(_: Int[Array, ""], state: stein.State) -> stein.State:
-        scores, losses = jax.vmap(jax.grad(log_posterior, has_aux=True))(state.particles, reference, begins)
-        return stein.step(state, scores, losses, kernel, coordinates, STEIN_STEPS, wraps=scene.has_headings)
+        scores = jax.vmap(jax.grad(log_posterior))(state.particles, reference, begins)
+        return stein.step(state, scores, kernel, smooth, STEIN_STEPS, wraps=scene.has_headings)
 
     return jax.lax.fori_loop(0, steps, step, state)
 

@@ -6,18 +6,15 @@
 |--------|---------------------|------|--------------------|
 | x_i    | `particles`         | unit | particle knot axis |
 | ∇log p | `score`             | 1    | particle knot axis |
-| λL     | `loss`              | 1    | particle           |
 | γ      | `repulsion_weight`  | 1    |                    |
 
 Departures from the paper:
-1. The kernel fades to the identity, as a cosine over the first three quarters of the steps. Kept up, repulsion holds
-   every path away from its optimum, and so does the mean of scores: a set of bad paths is no choice.
-2. Steps are taken in the polish's own coordinates (`planner.frequency_coordinates`), a constant matrix kernel by which
-   all frequencies of a path curve alike. In them a step has the length that curvature gives it, or that by which a
-   candidate's own loss would be gone, L/‖∇L‖² (Polyak, Introduction to Optimization, 1987, sec. 5.3.2), whichever is
-   less: there is no ε to find. `sves_step` is the paper's own.
-3. Scores are averaged with weights k(x_i, x_j)/Σ_i k(x_i, x_j) and not summed over N, so that the length of a step does
-   not depend on how many candidates are near.
+1. Repulsion fades (cosine to zero over the first three quarters): kept up, it holds every path away from its optimum,
+   and a set of bad paths is no choice.
+2. The direction is smoothed over time by (I + αD₂ᵀD₂)⁻¹, a constant matrix kernel: a plain gradient moves single points
+   and makes kinks that speed and acceleration limits then undo.
+3. Steps have a given length, annealed, with momentum: the metric falls by orders of magnitude on the way and no single
+   ε suits both ends. `sves_step` is the paper's own.
 """
 
 from __future__ import annotations
@@ -25,17 +22,17 @@ from __future__ import annotations
 import equinox as eqx
 import jax
 import jax.numpy as jnp
+import numpy as np
 from jaxtyping import Array, Float, Int
 
-from planner.frequency_coordinates import FrequencyCoordinates
 from planner.kernels import kernel_terms
 from planner.problem import Kernel
 
-MOMENTUM = 0.7
-LONGEST_STEP = 0.3
-"""In the coordinates, as a multiple of the gradient: more limits may be active than the coordinates reckon with."""
-LONGEST_MOVE_UNIT = 0.1
-FADED_SHARE = 0.75
+MOMENTUM = 0.8
+SMOOTHING = 4.0
+LONGEST_STEP_UNIT = 0.02
+SHORTEST_STEP_UNIT = 0.001
+REPULSION_SHARE = 0.75
 
 
 class State(eqx.Module):
@@ -43,7 +40,7 @@ class State(eqx.Module):
 
     Attributes:
         particles: Free control points (or controls) of every candidate, unit cube.
-        momentum: The last move.
+        momentum: Running direction.
         index: Steps taken.
     """
 
@@ -71,49 +68,37 @@ def direction(
     return (attraction + repulsion_weight * repulsion) / particles.shape[0]
 
 
-def fading(progress: float | Float[Array, ""]) -> Float[Array, ""]:
-    """How much of the kernel is left, 1 … 0, after a share of the steps."""
-    return 0.5 * (1.0 + jnp.cos(jnp.pi * jnp.minimum(progress / FADED_SHARE, 1.0)))
+def smoother(knots: int) -> Float[np.ndarray, "knot knot"]:
+    """(I + αD₂ᵀD₂)⁻¹ over time."""
+    second = np.diff(np.eye(knots), n=2, axis=0)
+    return np.linalg.inv(np.eye(knots) + SMOOTHING * second.T @ second).astype(np.float32)
 
 
 def step(
     state: State,
     score: Float[Array, "particle knot axis"],
-    loss: Float[Array, "particle"],
     kernel: Kernel,
-    coordinates: FrequencyCoordinates,
+    smooth: Float[Array, "knot knot"],
     steps: int,
     *,
     wraps: bool = False,
 ) -> State:
-    """One step of `steps`, inside the unit cube.
-
-    Args:
-        state: The set.
-        score: ∇log p of every candidate.
-        loss: λL of every candidate, at least zero.
-        kernel: How they share scores and repel each other.
-        coordinates: In which steps are taken.
-        steps: After how many the kernel has faded.
-        wraps: Whether the last axis is a heading, in turns, which may turn as far as it likes.
-    """
-    left = fading(state.index / steps)
-    gram, repulsion = kernel_terms(kernel, state.particles, wraps=wraps)
-    shared = jnp.einsum("ij,ikd->jkd", gram / jnp.sum(gram, axis=0), score)
-    own, mixed, away = (coordinates.gradient(one) for one in (score, shared, repulsion))
-    pull = own + left * (mixed - own)
+    """One annealed step of `steps`, inside the unit cube; a heading (`wraps`) may turn as far as it likes."""
+    progress = state.index / steps
+    fading = 0.5 * (1.0 + jnp.cos(jnp.pi * jnp.minimum(progress / REPULSION_SHARE, 1.0)))
     # Scores have no common scale (E is divided by its own size), so repulsion is measured against them.
-    strength = jnp.linalg.norm(pull) / jnp.maximum(jnp.linalg.norm(away), 1e-12)
-    length = jnp.minimum(LONGEST_STEP, loss / jnp.maximum(jnp.sum(own**2, axis=(1, 2)), 1e-20))
-    along = coordinates.move(pull + left * strength * away)
-    move = MOMENTUM * state.momentum + length[:, None, None] * along
-    largest = jnp.max(jnp.abs(move), axis=(1, 2), keepdims=True)
-    move = move * jnp.minimum(1.0, LONGEST_MOVE_UNIT / jnp.maximum(largest, 1e-20))
-    moved = state.particles + move
+    phi = direction(kernel, state.particles, score, 0.0, wraps=wraps)
+    away = direction(kernel, state.particles, jnp.zeros_like(score), 1.0, wraps=wraps)
+    strength = jnp.linalg.norm(phi) / jnp.maximum(jnp.linalg.norm(away), 1e-12)
+    smoothed = jnp.einsum("kl,nld->nkd", smooth, phi + fading * strength * away)
+    momentum = MOMENTUM * state.momentum + smoothed
+    length = SHORTEST_STEP_UNIT * (LONGEST_STEP_UNIT / SHORTEST_STEP_UNIT) ** (1.0 - progress)
+    largest = jnp.max(jnp.abs(momentum), axis=(1, 2), keepdims=True)
+    moved = state.particles + length * momentum / jnp.maximum(largest, 1e-20)
     inside = jnp.clip(moved, 0.0, 1.0)
     if wraps:
         inside = inside.at[..., -1].set(moved[..., -1])
-    return State(inside, move, state.index + 1)
+    return State(inside, momentum, state.index + 1)
 
 
 def sves_step(

@@ -8,7 +8,7 @@ import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from planner import control, control_steps, stein
+from planner import control, stein
 from planner.control import ControlInfo, ControlState, ControlTask, Transport
 from planner.dynamics import Aircraft, DoubleIntegrator, DubinsCar, Dynamics, Multirotor, SingleIntegrator
 from planner.information import DensityGrid, gaussians
@@ -211,10 +211,10 @@ def test_the_papers_own_step_is_at_hand() -> None:
 
 def test_a_step_on_own_scores_moves_alone_candidates_up_their_score() -> None:
     state = stein.init(jnp.full((1, 20, 2), 0.5))
-    smooth = jnp.asarray(control_steps.smoother(20))
+    smooth = jnp.asarray(stein.smoother(20))
     score = jnp.ones((1, 20, 2)) * jnp.asarray([1.0, 0.0])
-    after = control_steps.own_score_step(state, score, Kernel.RBF, smooth, 10)
-    np.testing.assert_allclose(after.particles[0, :, 0], 0.5 + control_steps.LONGEST_STEP, rtol=1e-3)
+    after = control.own_score_step(state, score, Kernel.RBF, smooth, 10)
+    np.testing.assert_allclose(after.particles[0, :, 0], 0.5 + control.LONGEST_STEP, rtol=1e-3)
     np.testing.assert_allclose(after.particles[0, :, 1], 0.5, atol=1e-6)
 
 

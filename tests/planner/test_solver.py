@@ -245,24 +245,11 @@ def test_the_kernel_decides_how_the_set_moves() -> None:
     sets = {kernel: moved(kernel) for kernel in (Kernel.MARKOV, Kernel.SIGNATURE, Kernel.IDENTITY, Kernel.CONSTANT)}
     for one, other in itertools.combinations(sets.values(), 2):
         assert np.abs(one - other).max() > 0.05
-    # Before the kernel fades all go the same way, each as far as its own loss says.
-    first = explored(scene, seeds, Kernel.CONSTANT, 0, [1])[0] - seeds
-    along = first / np.linalg.norm(first, axis=(1, 2), keepdims=True)
-    np.testing.assert_allclose(np.ptp(along, axis=0), 0.0, atol=1e-4)
+    # Alike for all, a step is no search: nothing distinguishes one candidate from another but where it began.
+    np.testing.assert_allclose(np.ptp(sets[Kernel.CONSTANT] - seeds, axis=0), 0.0, atol=1e-5)
     # Without repulsion they move each on its own; with it they end farther apart.
     assert np.ptp(sets[Kernel.IDENTITY] - seeds, axis=0).max() > 0.05
     assert apart(sets[Kernel.MARKOV]) > 1.2 * apart(sets[Kernel.IDENTITY])
-
-
-def test_stein_steps_descend_where_nothing_repels() -> None:
-    scene, seeds = scene_and_seeds(6)
-
-    def metrics(particles: np.ndarray) -> np.ndarray:
-        return np.array([scene.ergodic_metric(scene.positions(scene.control_points(one))) for one in particles])
-
-    found, taken = explored(scene, seeds, Kernel.IDENTITY, 0, [STEIN_STEPS])
-    assert taken == STEIN_STEPS
-    assert np.median(metrics(found)) < 0.75 * np.median(metrics(seeds))
 
 
 @pytest.mark.parametrize(
