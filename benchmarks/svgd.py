@@ -133,14 +133,13 @@ def seconds_to(race: Race, particles: Particles, target: float, started_s: float
         if lowest <= target:
             reached.append(time.perf_counter() - started_s)
 
-    after_round(float(np.min(metrics_of(race.scene, jnp.asarray(particles, jnp.float32)))))
-    if reached:
-        return reached[0]
-    if with_stein:
-        particles, _ = explored(race.scene, particles, race.options.kernel, race.options.seed, [STEIN_STEPS])
+    def look(particles: Particles) -> None:
         after_round(float(np.min(metrics_of(race.scene, jnp.asarray(particles, jnp.float32)))))
-        if reached:
-            return reached[0]
+
+    look(particles)
+    if with_stein and not reached:
+        particles, _ = explored(race.scene, particles, race.options.kernel, race.options.seed, [STEIN_STEPS])
+        look(particles)
     # The product's own rounds, in pieces, so that the moment is seen.
     looks = [Round(one.penalty, STEPS_A_LOOK) for one in POLISH for _ in range(-(-one.steps // STEPS_A_LOOK))]
     pieces = itertools.takewhile(lambda _: not reached, looks)

@@ -116,7 +116,7 @@ def markov_terms(particles: Float[Array, "particle knot axis"], neighbours: int)
     """Markov RBF over the pairs of times no more than `neighbours` apart (SVES eq. 23)."""
     count, knots, axes = particles.shape
     bandwidth = _bandwidth_over_time(jnp.swapaxes(particles, 0, 1))
-    # Times side by side, and axis by axis: what is summed over is never stored.
+    # Times side by side: sums over a last axis of three would be slow.
     along = jnp.moveaxis(particles, 2, 0)
     reach = min(neighbours, knots - 1)
     pairs = sum(knots - abs(offset) for offset in range(-reach, reach + 1))
