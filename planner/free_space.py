@@ -38,6 +38,7 @@ class FreeSpace:
     Attributes:
         low_m: Lower corner of the box.
         high_m: Upper corner of the box.
+        is_open: Whether there is nothing but the box.
         climb_cost: Level metres that could be flown in the time of climbing one.
         descent_cost: The same for descending.
     """
@@ -49,14 +50,10 @@ class FreeSpace:
         self._keep_out_m = allowance * problem.keep_out_m
         self._fence = None if problem.fence_polygon_m is None else KeepIn.of(problem.fence_polygon_m)
         self._fence_inset_m = 0.01 * float((self.high_m - self.low_m)[:2].min())
+        self.is_open = self._fence is None and self._field.is_empty
         limits = problem.limits
         self.climb_cost = max(1.0, limits.max_speed_mps / limits.max_climb_mps)
         self.descent_cost = max(1.0, limits.max_speed_mps / limits.max_descent_mps)
-
-    @property
-    def is_open(self) -> bool:
-        """Whether there is nothing but the box."""
-        return self._fence is None and self._field.is_empty
 
     @cached_property
     def routes(self) -> Routes:
@@ -65,6 +62,8 @@ class FreeSpace:
 
     def margin(self, points_m: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch"]:
         """Distance to the nearest thing in the way less what must be kept; negative: not free. Metres."""
+        if self.is_open:
+            return np.full(points_m.shape[:-1], np.inf)
         margin = self._field.distance(points_m) - self._keep_out_m
         if self._fence is not None:
             margin = np.minimum(margin, self._fence.distance(points_m[..., :2]) - self._fence_inset_m)

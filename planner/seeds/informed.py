@@ -71,12 +71,13 @@ def tour(
 def _two_opt(order: np.ndarray, distance: Float[np.ndarray, "point point"], end_is_fixed: bool) -> np.ndarray:
     """Reverse the stretch that shortens the way most, until none does; the first stays first."""
     count = len(order)
+    backward = np.tri(count - 1, dtype=bool)
     for _ in range(10 * count):
         ordered = distance[np.ix_(order, order)]
         step = np.diagonal(ordered, 1)
         # Reversing i+1 … j replaces the legs (i, i+1) and (j, j+1) by (i, j) and (i+1, j+1).
         gain = step[:, None] + step[None, :] - ordered[:-1, :-1] - ordered[1:, 1:]
-        gain[np.tril_indices(count - 1)] = -np.inf
+        gain[backward] = -np.inf
         if not end_is_fixed:
             free = step - ordered[:-1, -1]
             gain = np.column_stack([gain, free])

@@ -15,6 +15,7 @@ from __future__ import annotations
 import numpy as np
 from jaxtyping import Float
 from scipy.ndimage import gaussian_filter1d
+from scipy.optimize import root_scalar
 
 from planner.free_space import FreeSpace
 from planner.polyline import at_lengths, at_places, cut_at, densified
@@ -34,6 +35,8 @@ LENGTH_SHARE = 0.97
 JERK_SHARE = 0.6
 # How far a vehicle in motion is carried before it turns, as a share of the way that braking takes.
 BRAKING_SHARE = 1.1
+# How exactly the cruise is found, as a share of the shortest time for a metre.
+PACED_TO = 1e-5
 _PROFILE_STEPS = 2000
 
 
@@ -85,14 +88,21 @@ def paced(
         speeding = np.minimum.accumulate(squared - change * along) + change * along
         slowing = np.minimum.accumulate((squared + change * along)[::-1])[::-1] - change * along
         speed = np.sqrt(np.maximum(np.minimum(speeding, slowing), 0.0))
-        return np.concatenate([[0.0], np.cumsum(2.0 * length / np.maximum(speed[1:] + speed[:-1], 1e-9))])
+        return np.concatenate([[0.0], np.cumsum(2.0 * length / np.maximum(speed[1:] + speed[:-1], 1e-30))])
 
-    low, high = 0.0, limits.max_speed_mps
-    excess = float(times(high)[-1]) / problem.duration_s
-    for _ in range(30):
-        cruise = 0.5 * (low + high)
-        low, high = (cruise, high) if times(cruise)[-1] > problem.duration_s else (low, cruise)
-    when = times(high)
+    fastest = 1.0 / limits.max_speed_mps
+    excess = float(times(limits.max_speed_mps)[-1]) / problem.duration_s
+    slowness = fastest
+    if excess < 1.0:
+        # The time is nearly straight in 1/cruise, and no cruise makes it shorter than the path's length over it.
+        slowest = 1.1 * problem.duration_s / float(length[1:].sum())
+        slowness = root_scalar(
+            lambda slowness: times(1.0 / slowness)[-1] - problem.duration_s,
+            method="brentq",
+            bracket=(fastest, slowest),
+            xtol=PACED_TO * fastest,
+        ).root
+    when = times(1.0 / slowness)
     # A path that no cruise makes fit is flown in the same proportions, faster than seeds should.
     place = np.interp(np.linspace(0.0, when[-1], moments), when, np.arange(len(path)))
     positions = at_places(path, place)

@@ -22,6 +22,8 @@ class Region:
     Attributes:
         points_m: Shape (point, 2).
         headings_rad: Headings worth flying rows along, from east: the longest side first.
+        center_m: Middle of the area's extent.
+        half_m: Half of the area's extent.
     """
 
     def __init__(self, problem: Problem) -> None:
@@ -40,16 +42,8 @@ class Region:
                 headings.insert(0, slanted)
         self.points_m = cloud
         self.headings_rad = tuple(headings)
-
-    @property
-    def center_m(self) -> Float[np.ndarray, "2"]:
-        """Middle of the area's extent."""
-        return 0.5 * (self.points_m.min(axis=0) + self.points_m.max(axis=0))
-
-    @property
-    def half_m(self) -> Float[np.ndarray, "2"]:
-        """Half of the area's extent."""
-        return 0.5 * np.ptp(self.points_m, axis=0)
+        low, high = cloud.min(axis=0), cloud.max(axis=0)
+        self.center_m, self.half_m = 0.5 * (low + high), 0.5 * (high - low)
 
 
 def lawnmower(
