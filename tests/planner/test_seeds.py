@@ -16,8 +16,9 @@ from planner.polyline import cut_at, densified, length_of
 from planner.problem import Problem
 from planner.seeds import LAST_RESORT, Pattern, pacing, seed_paths, spline_from_path
 from planner.seeds.altitudes import Altitudes
+from planner.seeds.drawing import Drawing
 from planner.seeds.informed import greedy_ridge, peak_m, spread_m, stops, tour
-from planner.seeds.pacing import lead_in, led_to_the_end, reach_m
+from planner.seeds.pacing import lead_in, led_to_the_end, paced, reach_m
 from planner.seeds.patterns import Region, expanding_square, lawnmower, layered_rows, sectors, spiral
 from planner.trajectory import Motion, Trajectory
 from tests.planner.worlds import LIMITS, mixed, open_box, trees, two_peaks
@@ -185,6 +186,30 @@ def test_the_reach_is_that_of_the_vehicle() -> None:
     assert reach_m(moving) == pytest.approx(cruise * 200.0 - cruise**2 / (2.0 * change), rel=1e-3)
     # In two seconds there is no cruise: up and down again.
     assert reach_m(at_rest, 2.0) == pytest.approx(change, rel=1e-3)
+
+
+@pytest.mark.parametrize("length", [0.0, 1e-6, 0.5, 20.0, 60.0])
+def test_a_path_shorter_than_the_reach_takes_all_of_the_time(length: float) -> None:
+    problem = open_box(duration_s=60.0)
+    begin = problem.start.position_m
+    positions, excess = paced(np.stack([begin, begin + [length, 0.0, 0.0]]), problem, FreeSpace(problem), 601)
+    assert excess < 1.0
+    # Up to a cruise and down again with half of 3 m/s²: L = vT − v²/a.
+    change = 0.5 * 3.0
+    cruise = 0.5 * (60.0 * change - np.sqrt((60.0 * change) ** 2 - 4.0 * change * length))
+    assert length_of(positions[250:351]) == pytest.approx(10.0 * cruise, rel=5e-3, abs=1e-9)
+    np.testing.assert_allclose(positions[-1], begin + [length, 0.0, 0.0], atol=1e-9)
+
+
+@pytest.mark.parametrize("share", [0.3, 0.5, 0.88])
+def test_patterns_whose_size_is_chosen_come_close_to_the_reach(share: float) -> None:
+    problem = open_box(two_peaks(open_box()), end_position_m=None)
+    drawing = Drawing(problem, FreeSpace(problem), lead_in(problem))
+    reach = share * reach_m(problem)
+    for pattern in (Pattern.TOUR, Pattern.SQUARE, Pattern.RANDOM):
+        way = drawing.ways(pattern, 0, np.random.default_rng(1))(reach)
+        length = length_of(np.concatenate([problem.start.position_m[None], way]))
+        assert 0.85 * reach <= length <= reach, pattern
 
 
 def test_every_pattern_is_drawn_and_begins_and_ends_where_it_should() -> None:
