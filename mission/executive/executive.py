@@ -47,6 +47,7 @@ from mission.executive.stay import limit_s
 from mission.executive.way_watch import WayWatch
 from planner.gate import ProvenTrajectory
 from planner.problem import Problem
+from planner.trajectory import Trajectory
 from sim_bridge.state import (
     Command,
     CommandDone,
@@ -173,6 +174,20 @@ class Executive:
             return None
         place_m = self._landing.place(home_m, state.position_enu_m) or home_m
         return FindWay(Goal.HOME, state.position_enu_m, self._landing.above(place_m))
+
+    def spare_fraction(self, curve: Trajectory, from_s: float, now_s: float) -> float:
+        """Charge beyond what the way home needs, where it is least on a curve that would be flown; infinite: unknown.
+
+        Args:
+            curve: On the course's time axis.
+            from_s: Curve time from which on it would be flown, at or after the course's present one.
+            now_s: Flight clock.
+        """
+        consumption, course, rate = self._vehicle.consumption, self.course, self._keeper.least_rate
+        if consumption is None or course is None:
+            return float("inf")
+        begins_in_s = max(0.0, from_s - course.at(now_s).curve_s) / rate
+        return self.monitors.spare_fraction(curve, from_s, begins_in_s, self._vehicle.home_m, consumption, rate)
 
     def consequence(self) -> str:
         """What becomes of the landing with what is known now, where it does not stay as it was; empty: it does."""

@@ -14,6 +14,7 @@ from jaxtyping import Float
 
 from mission.executive.course import Course, CoursePoint
 from mission.executive.energy import Consumption, Energy, ProvenHome
+from planner.trajectory import Trajectory
 from sim_bridge.state import Vector, VehicleState
 
 # Of the distance from its path that the plan's clearance allows for, this share is used up without a word.
@@ -25,6 +26,8 @@ _WORSE = 1.5
 _BEHIND_S, _BEFORE_S, _AHEAD_S, _AHEAD_STEP_S = 3.0, 1.0, 20.0, 0.1
 # To speed up and to slow down again in time is not worth while for less.
 _WORTH_WHILE_S = 35.0
+# The charge along a curve is looked at that often.
+_CHARGE_STEP_S = 2.0
 
 
 class Alarm(enum.Enum):
@@ -83,16 +86,8 @@ class Monitors:
         found = []
         if self.fence_distance_m(position) < -self.fence_tolerance_m:
             found.append(Alarm.OUTSIDE)
-        energy, home_s, alone_s = self.energy.at_pace(rate), 0.0, 0.0
-        if home_m is not None:
-            home_s = energy.way_home_s(state.position_enu_m, home_m, self.cruise_height_m)
-            if proven is not None:
-                proven_s = proven.left_s(state.position_enu_m, home_m, self.energy, rate)
-                home_s = max(home_s, proven_s + energy.descent.to_ground_s(self.cruise_height_m))
-            # This program may be lost on the way.
-            alone_s = energy.alone_s(state.position_enu_m, home_m)
-        if consumption is None or consumption.left_fraction <= energy.needed_fraction(
-            home_s, alone_s, consumption.fraction_per_s
+        if consumption is None or consumption.left_fraction <= self.needed_fraction(
+            state.position_enu_m, home_m, consumption, rate, proven
         ):
             found.append(Alarm.BATTERY_LOW)
         if self.clearance_m(position) < self.least_clearance_m:
@@ -100,6 +95,63 @@ class Monitors:
         if point is not None and float(np.linalg.norm(position - point.motion.position_m)) > self.max_track_error_m:
             found.append(Alarm.OFF_TRACK)
         return tuple(found)
+
+    def needed_fraction(
+        self,
+        position_m: Vector,
+        home_m: Vector | None,
+        consumption: Consumption,
+        rate: float = 1.0,
+        proven: ProvenHome | None = None,
+    ) -> float:
+        """Charge that must be left at a place; less than that, and the flight turns back.
+
+        Args:
+            position_m: The place.
+            home_m: Where it would land; None: unknown, so that only the reserve is.
+            consumption: How fast the charge falls.
+            rate: Share of its speeds at which it is flown home.
+            proven: The proven way home; None: not sought yet.
+        """
+        energy, home_s, alone_s = self.energy.at_pace(rate), 0.0, 0.0
+        if home_m is not None:
+            home_s = energy.way_home_s(position_m, home_m, self.cruise_height_m)
+            if proven is not None:
+                proven_s = proven.left_s(position_m, home_m, self.energy, rate)
+                home_s = max(home_s, proven_s + energy.descent.to_ground_s(self.cruise_height_m))
+            # This program may be lost on the way.
+            alone_s = energy.alone_s(position_m, home_m)
+        return energy.needed_fraction(home_s, alone_s, consumption.fraction_per_s)
+
+    def spare_fraction(
+        self,
+        curve: Trajectory,
+        from_s: float,
+        begins_in_s: float,
+        home_m: Vector | None,
+        consumption: Consumption,
+        rate: float = 1.0,
+    ) -> float:
+        """Charge left beyond what must be, where that is least on a curve; negative: it turns back before the end.
+
+        Args:
+            curve: What would be flown.
+            from_s: Curve time from which on.
+            begins_in_s: Time until then.
+            home_m: Where it would land; None: unknown.
+            consumption: How much is left, and how fast it falls.
+            rate: Share of its speeds at which all is flown.
+        """
+        moments = np.append(np.arange(from_s, curve.end_s, _CHARGE_STEP_S), curve.end_s)
+        flown_s = begins_in_s + (moments - from_s) / rate
+        return min(
+            consumption.left_fraction
+            - consumption.fraction_per_s * flown
+            - self.needed_fraction((east, north, up), home_m, consumption, rate)
+            for flown, (east, north, up) in zip(
+                flown_s.tolist(), curve.sample(moments).position_m.tolist(), strict=True
+            )
+        )
 
     def beside_m(self, state: VehicleState, course: Course, now_s: float) -> float:
         """How far a vehicle is from its path: to be late or early on it counts for nothing.

@@ -7,6 +7,7 @@ took, and some more. Until then the course is flown on, and what it covers on th
 from __future__ import annotations
 
 import dataclasses
+import functools
 
 import numpy as np
 from jaxtyping import Float
@@ -143,7 +144,14 @@ class ReplanCycle:
             return reply, Verdict(None, "the exploration is over")
         held = executive.held_by_block
         must_leave = held or executive.blocked_s is not None
-        verdict = judge(reply, executive.course, now_s, self._belief.problem, must_leave=must_leave)
+        verdict = judge(
+            reply,
+            executive.course,
+            now_s,
+            self._belief.problem,
+            functools.partial(executive.spare_fraction, now_s=now_s),
+            must_leave=must_leave,
+        )
         if verdict.trajectory is not None and reply.plan is not None:
             self._alternatives = tuple(curve.starting_at(reply.request.switch_s) for curve in _curves(reply.plan))
             self._failed_while_held = 0

@@ -2,7 +2,8 @@
 
 The flight asks with the problem of what is left and the candidates to start from; the answer is a plan and what staying
 on the course is worth. Whether the plan is taken is decided here too, but on the flight's side: it must pass the gate
-against what the flight knows *now*, continue the course exactly, at a moment that still lies ahead, and be no worse.
+against what the flight knows *now*, continue the course exactly, at a moment that still lies ahead, be no worse, and
+leave the charge that the way home needs from everywhere on it.
 """
 
 from __future__ import annotations
@@ -38,6 +39,7 @@ _LEAD_RESERVE_HOST_S = 0.3
 _REMEMBERED = 4
 _FIRST_LEAD_HOST_S = 2.0
 _CONTINUES = 1e-4
+_CHARGE_TOLD_TO = 0.01
 HUNG_HOST_S = 180.0
 """A solve has its own time limit of seconds; only a compiler on a busy machine takes minutes."""
 
@@ -255,7 +257,15 @@ class Verdict:
     alternative: int = 0
 
 
-def judge(reply: Reply, course: Course, now_s: float, known: Problem, *, must_leave: bool) -> Verdict:
+def judge(
+    reply: Reply,
+    course: Course,
+    now_s: float,
+    known: Problem,
+    spare_fraction: Callable[[Trajectory, float], float],
+    *,
+    must_leave: bool,
+) -> Verdict:
     """Decide whether a replan is taken.
 
     Args:
@@ -263,6 +273,7 @@ def judge(reply: Reply, course: Course, now_s: float, known: Problem, *, must_le
         course: What is flown.
         now_s: Flight clock.
         known: What the flight knows now: its obstacles and limits count, not those of the request.
+        spare_fraction: Charge left beyond what the way home needs, where it is least on a curve from a curve time on.
         must_leave: Whether the course is not safe to stay on, so that any proven plan is better.
 
     Returns:
@@ -279,13 +290,18 @@ def judge(reply: Reply, course: Course, now_s: float, known: Problem, *, must_le
         return Verdict(None, "staying on the course is better", offered, staying)
     problem = dataclasses.replace(request.problem, obstacles=known.obstacles, limits=known.limits)
     refusal = ""
+    # Where the course itself comes short, what comes no shorter is as good.
+    enough = -np.inf if must_leave else min(_CHARGE_TOLD_TO, spare_fraction(course.trajectory, request.switch_s))
     for place, candidate in enumerate(ranked):
         if not must_leave and candidate.objective > staying:
             break
         try:
             trajectory = gate.prove(candidate.proven, problem).starting_at(request.switch_s)
         except gate.GateRefused as error:
-            refusal = refusal or str(error)
+            refusal = refusal or f"refused by the gate: {error}"
+            continue
+        if spare_fraction(trajectory, request.switch_s) < enough:
+            refusal = refusal or "the charge would not last to its end and home"
             continue
         if course.at(now_s).curve_s >= request.switch_s and not course.stands(now_s):
             return Verdict(None, "it came too late", candidate.objective, staying)
@@ -294,7 +310,7 @@ def judge(reply: Reply, course: Course, now_s: float, known: Problem, *, must_le
         if not course.stands(now_s) and blocks(course.curves, course.at(now_s).curve_s, request.switch_s, known):
             return Verdict(None, "the course is blocked before it", candidate.objective, staying)
         return Verdict(trajectory, "better", candidate.objective, staying, place)
-    return Verdict(None, f"refused by the gate: {refusal}", offered, staying)
+    return Verdict(None, refusal, offered, staying)
 
 
 def discontinuity(course: Course, trajectory: Trajectory) -> str:

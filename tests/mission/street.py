@@ -114,3 +114,6 @@ class Following:
         self.exploration = CURVE
         self.held_by_block = False
         self.blocked_s = None
+
+    def spare_fraction(self, curve, from_s, now_s):
+        return 0.5

@@ -60,3 +60,26 @@ def test_a_course_that_does_not_continue_the_old_one_is_an_error():
     backwards = proven(along(CORNERS[::-1], LIMITS)).starting_at(course.end_s - 1.0)
     with pytest.raises(ValueError, match="does not continue"):
         flight.tell(NewCourse(backwards))
+
+
+@pytest.mark.parametrize("slack", [-0.02, 0.02])
+def test_the_spare_charge_of_a_curve_tells_whether_its_flight_turns_back(slack):
+    def exploring_with(battery):
+        flight = Flight()
+        flight.vehicle.battery = battery
+        flight.exploring()
+        executive = flight.executive
+        assert executive.course is not None
+        here_s = executive.course.at(flight.now_s).curve_s
+        return flight, executive.spare_fraction(executive.exploration, here_s, flight.now_s)
+
+    _, spare = exploring_with(0.6)
+    flight, left = exploring_with(0.6 - spare + slack)
+    assert left == pytest.approx(slack, abs=0.01)
+    flight.run()
+    assert any("the charge left is less" in text for text in flight.said) is (slack < 0.0)
+
+
+def test_without_a_charge_or_a_course_nothing_is_known_of_what_is_spare():
+    executive = Flight().executive
+    assert executive.spare_fraction(executive.exploration, 0.0, 0.0) == float("inf")

@@ -249,7 +249,7 @@ def test_a_replan_goes_on_turning_where_the_course_is_left(planned, asked):
     reply = answer(dataclasses.replace(request, time_limit_s=60.0))
     assert reply.plan is not None
     assert reply.plan.best.ergodic_metric < reply.staying_objective
-    verdict = judge(reply, executive.course, 9.5, planned.problem, must_leave=False)
+    verdict = judge(reply, executive.course, 9.5, planned.problem, lambda curve, from_s: 0.5, must_leave=False)
     assert verdict.trajectory is not None, verdict.reason
     gone_over = executive.course.continued(verdict.trajectory, 9.5)
     moments = np.arange(10.0, 13.0, 0.05)

@@ -2,11 +2,16 @@
 
 import dataclasses
 
+import numpy as np
 import pytest
 
 from mission.executive.course import Course
 from mission.executive.energy import Consumption, ProvenHome
 from mission.executive.monitors import Alarm, Monitors
+from mission.executive.own_return import OwnReturn
+from mission.flying.ways import along
+from mission.site.descent import Descent
+from planner.problem import Limits
 from tests.mission.flying_vehicle import ENERGY, STATE
 
 MONITORS = Monitors(
@@ -103,3 +108,33 @@ def test_where_home_is_not_known_the_reserve_is_kept_all_the_same():
 @pytest.mark.parametrize(("told", "left"), [(0.9, 0.4), (0.4, 0.4), (0.3, 0.3)])
 def test_the_charge_is_the_smaller_of_what_is_told_and_what_the_endurance_leaves(told, left):
     assert Consumption.begin(0.9, 0.0, ENERGY).observed(told, 600.0, ENERGY).left_fraction == pytest.approx(left)
+
+
+@pytest.mark.parametrize("rate", [1.0, 0.5])
+@pytest.mark.parametrize("own_return", [None, OwnReturn(60.0, 2.0, 1.0, Descent(1.0), "slow")])
+def test_the_charge_is_spare_along_a_curve_where_no_moment_of_it_calls_home(own_return, rate):
+    # Farthest out in the middle, where the way home takes most, and back at its end, where most is flown.
+    curve = along(np.array([[0.0, 0.0, 40.0], [150.0, 0.0, 40.0], [0.0, 0.0, 40.0]]), Limits(5.0, 2.0, 1.5, 3.0))
+    home, from_s, begins_in_s = (0.0, 0.0, 0.0), 7.0, 12.0
+    clear = dataclasses.replace(MONITORS, clearance_m=lambda places: np.full(places.shape[:-1], 50.0))
+    monitors = clear if own_return is None else dataclasses.replace(clear, energy=ENERGY.told(own_return))
+
+    def spare(left):
+        consumption = Consumption.begin(left, 0.0, ENERGY)
+        return monitors.spare_fraction(curve, from_s, begins_in_s, home, consumption, rate)
+
+    def called_home(left):
+        for curve_s in np.linspace(from_s, curve.end_s, 200):
+            flown_s = begins_in_s + (curve_s - from_s) / rate
+            place = dataclasses.replace(STATE, position_enu_m=tuple(curve.motion_at(curve_s).position_m.tolist()))
+            consumption = Consumption.begin(left - flown_s / ENERGY.endurance_s, 0.0, ENERGY)
+            if monitors.alarms(place, home, consumption, None, rate):
+                return True
+        return False
+
+    enough = 0.9 - spare(0.9)
+    assert spare(enough) == pytest.approx(0.0, abs=1e-12)
+    assert 0.2 < enough < 0.9
+    # The curve is looked at every 2 s, in which a vehicle comes 10 m farther out.
+    assert not called_home(enough + 0.005)
+    assert called_home(enough - 0.001)

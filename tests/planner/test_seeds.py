@@ -192,13 +192,14 @@ def test_the_reach_is_that_of_the_vehicle() -> None:
 def test_a_path_shorter_than_the_reach_takes_all_of_the_time(length: float) -> None:
     problem = open_box(duration_s=60.0)
     begin = problem.start.position_m
-    positions, excess = paced(np.stack([begin, begin + [length, 0.0, 0.0]]), problem, FreeSpace(problem), 601)
+    end = begin + np.array([length, 0.0, 0.0])
+    positions, excess = paced(np.stack([begin, end]), problem, FreeSpace(problem), 601)
     assert excess < 1.0
     # Up to a cruise and down again with half of 3 m/s²: L = vT − v²/a.
     change = 0.5 * 3.0
     cruise = 0.5 * (60.0 * change - np.sqrt((60.0 * change) ** 2 - 4.0 * change * length))
     assert length_of(positions[250:351]) == pytest.approx(10.0 * cruise, rel=5e-3, abs=1e-9)
-    np.testing.assert_allclose(positions[-1], begin + [length, 0.0, 0.0], atol=1e-9)
+    np.testing.assert_allclose(positions[-1], end, atol=1e-9)
 
 
 @pytest.mark.parametrize("share", [0.3, 0.5, 0.88])
