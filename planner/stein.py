@@ -84,6 +84,8 @@ def step(
     wraps: bool = False,
 ) -> State:
     """One annealed step of `steps`, inside the unit cube; a heading (`wraps`) may turn as far as it likes."""
+    # A score without numbers would spread to the whole set.
+    score = jnp.where(jnp.all(jnp.isfinite(score), axis=(1, 2), keepdims=True), score, 0.0)
     progress = state.index / steps
     fading = 0.5 * (1.0 + jnp.cos(jnp.pi * jnp.minimum(progress / REPULSION_SHARE, 1.0)))
     # Scores have no common scale (E is divided by its own size), so repulsion is measured against them.

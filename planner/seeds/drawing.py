@@ -3,8 +3,6 @@
 from __future__ import annotations
 
 import enum
-import functools
-import math
 from collections.abc import Callable
 
 import numpy as np
@@ -15,6 +13,7 @@ from planner.problem import Problem
 from planner.seeds.altitudes import Altitudes
 from planner.seeds.informed import MOST_STOPS, greedy_ridge, peak_m, spread_m, stops, tour
 from planner.seeds.patterns import Region, expanding_square, layered_rows, sectors, spiral
+from planner.seeds.sizing import Way, Ways, fitted
 from planner.seeds.wandering import MOST_PLACES, wander
 
 MOST_ROWS = 200
@@ -23,15 +22,7 @@ QUANTILES = (0.5, 0.3, 0.7)
 SECTOR_RADII = (1.0, 0.6, 1.4)
 # Of a way out and back: how finely its length is chosen, and how many random places are looked at for a free one.
 OUTWARD_STEPS = 32
-# Sizes of a pattern are tried in steps of this factor until one is too long, and then between, until one is this share
-# of what may be.
-GROWTH = 4
-WELL_FITTED = 0.97
 PLACES_TRIED = 64
-
-Way = Float[np.ndarray, "point 3"]
-Ways = Callable[[float], Way]
-"""From a reach to what is drawn within it."""
 
 
 class Pattern(enum.Enum):
@@ -106,28 +97,7 @@ class Drawing:
         return float(self._free.flown_lengths(joined).sum())
 
     def _fitted(self, make: Callable[[int], Way], most: int) -> Ways:
-        """The pattern of about the largest size, 1 … most, within a reach; of size one where even that is too long.
-
-        Each size is drawn once, however many reaches are asked for.
-        """
-
-        @functools.cache
-        def drawn(size: int) -> tuple[Way, float]:
-            way = make(size)
-            return way, self._length(way)
-
-        def within(reach_m: float) -> Way:
-            low, high = 1, min(GROWTH, most)
-            while high < most and drawn(high)[1] <= reach_m:
-                low, high = high, min(GROWTH * high, most)
-            if drawn(high)[1] <= reach_m:
-                return drawn(high)[0]
-            while high - low > 1 and drawn(low)[1] < WELL_FITTED * reach_m:
-                middle = _size_of_length(reach_m, low, drawn(low)[1], high, drawn(high)[1])
-                low, high = (middle, high) if drawn(middle)[1] <= reach_m else (low, middle)
-            return drawn(low)[0]
-
-        return within
+        return fitted(make, self._length, most)
 
     def _quantile(self, variant: int) -> float:
         """Share of the information below a flight of one altitude: the middle first."""
@@ -223,9 +193,3 @@ class Drawing:
             places = self._problem.workspace.enu_from_unit(rng.uniform(0.05, 0.95, (PLACES_TRIED, 3)))
             place = places[int(np.argmax(self._free.margin(places) >= 0.0))]
         return self._fitted(lambda size: (begin + size / OUTWARD_STEPS * (place - begin))[None], OUTWARD_STEPS)
-
-
-def _size_of_length(length_m: float, low: int, low_m: float, high: int, high_m: float) -> int:
-    """A size between two of known lengths that is about so long, if the length is a power of the size."""
-    share = math.log(length_m / low_m) / math.log(high_m / low_m) if 0.0 < low_m <= length_m < high_m else 0.5
-    return min(max(int(low * (high / low) ** share), low + 1), high - 1)

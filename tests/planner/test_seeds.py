@@ -14,7 +14,7 @@ from planner.obstacles import ObstacleField
 from planner.polygon import KeepIn
 from planner.polyline import cut_at, densified, length_of
 from planner.problem import Problem
-from planner.seeds import LAST_RESORT, Pattern, pacing, seed_paths, spline_from_path
+from planner.seeds import LAST_RESORT, Pattern, pacing, seed_paths, sizing, spline_from_path
 from planner.seeds.altitudes import Altitudes
 from planner.seeds.drawing import Drawing
 from planner.seeds.informed import greedy_ridge, peak_m, spread_m, stops, tour
@@ -200,6 +200,48 @@ def test_a_path_shorter_than_the_reach_takes_all_of_the_time(length: float) -> N
     cruise = 0.5 * (60.0 * change - np.sqrt((60.0 * change) ** 2 - 4.0 * change * length))
     assert length_of(positions[250:351]) == pytest.approx(10.0 * cruise, rel=5e-3, abs=1e-9)
     np.testing.assert_allclose(positions[-1], end, atol=1e-9)
+
+
+@settings(deadline=None)
+@given(
+    factor=st.floats(0.1, 20.0),
+    power=st.floats(0.3, 2.0),
+    most=st.integers(1, 300),
+    reaches=st.lists(st.floats(0.05, 2000.0), min_size=1, max_size=4),
+)
+def test_of_all_sizes_one_is_drawn_that_nearly_fills_the_reach(factor, power, most, reaches) -> None:
+    drawn: list[int] = []
+
+    def make(size: int) -> np.ndarray:
+        drawn.append(size)
+        return np.array([[float(size), 0.0, 0.0]])
+
+    def length_m(way: np.ndarray) -> float:
+        return factor * float(way[0, 0]) ** power
+
+    within = sizing.fitted(make, length_m, most)
+    for reach in reaches:
+        size = int(within(reach)[0, 0])
+        too_long = [one for one in range(1, most + 1) if factor * one**power > reach]
+        if 1 in too_long:
+            assert size == 1
+        else:
+            assert factor * size**power <= reach
+            assert size == most or size + 1 in too_long or factor * size**power >= sizing.WELL_FITTED * reach
+    assert len(drawn) == len(set(drawn))
+    # A length that is a power of the size is found at once, but for what rounding makes of small sizes.
+    assert len(drawn) <= 5 + 4 * len(reaches)
+
+
+def test_sizes_whose_lengths_are_in_no_order_are_searched_to_an_end() -> None:
+    rng = np.random.default_rng(0)
+    for _ in range(50):
+        lengths = rng.uniform(0.5, 1.5, 161) * np.arange(161)
+        within = sizing.fitted(
+            lambda size: np.full((1, 3), float(size)), lambda way, of=lengths: of[int(way[0, 0])], 160
+        )
+        for reach in (20.0, 90.0, 60.0, 400.0):
+            assert lengths[int(within(reach)[0, 0])] <= max(reach, lengths[1])
 
 
 @pytest.mark.parametrize("share", [0.3, 0.5, 0.88])

@@ -4,10 +4,11 @@ import dataclasses
 import itertools
 
 import jax
+import jax.numpy as jnp
 import numpy as np
 import pytest
 
-from planner import gate, solver, sves
+from planner import gate, solver, stein, sves
 from planner.gate_report import Violation, ViolationKind
 from planner.information import gaussians, uniform
 from planner.obstacles import Box, Cylinder, ObstacleField, Sphere
@@ -250,6 +251,19 @@ def test_the_kernel_decides_how_the_set_moves() -> None:
     # Without repulsion they move each on its own; with it they end farther apart.
     assert np.ptp(sets[Kernel.IDENTITY] - seeds, axis=0).max() > 0.05
     assert apart(sets[Kernel.MARKOV]) > 1.2 * apart(sets[Kernel.IDENTITY])
+
+
+def test_a_candidate_whose_score_has_no_numbers_does_not_spoil_the_others() -> None:
+    _, seeds = scene_and_seeds(4)
+    particles = jnp.asarray(seeds, jnp.float32)
+    score = jax.random.normal(jax.random.key(0), particles.shape)
+    smooth = jnp.asarray(stein.smoother(seeds.shape[1]))
+    state = without = stein.init(particles)
+    for _ in range(2):
+        state = stein.step(state, score.at[1, 3].set(jnp.nan), Kernel.MARKOV, smooth, STEIN_STEPS)
+        without = stein.step(without, score.at[1].set(0.0), Kernel.MARKOV, smooth, STEIN_STEPS)
+    assert np.isfinite(state.particles).all()
+    np.testing.assert_array_equal(state.particles, without.particles)
 
 
 @pytest.mark.parametrize(
