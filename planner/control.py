@@ -56,6 +56,7 @@ REPULSION = 0.3
 # Of the cube of controls, in one step: a receding horizon has few steps before each control, and starts from an answer.
 LONGEST_STEP = 0.2
 SHORTEST_STEP = 0.002
+LONGEST_STEIN_STEP = 0.02
 
 SMALLEST_METRIC = 1e-7
 
@@ -267,7 +268,7 @@ def step(
         score = jax.vmap(jax.grad(log_posterior))(inner.particles)
         match task.transport:
             case Transport.STEIN:
-                return stein.step(inner, score, task.kernel, smooth, task.iterations), None
+                return stein.step(inner, score, task.kernel, smooth, task.iterations, LONGEST_STEIN_STEP), None
             case Transport.OWN_SCORE:
                 return own_score_step(inner, score, task.kernel, smooth, task.iterations), None
 

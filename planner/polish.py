@@ -19,8 +19,9 @@ from planner.priors import Prior
 from planner.problem import Kernel
 from planner.scene import Scene
 
-STEIN_STEPS = 60
+STEIN_STEPS = 20
 STEIN_STEPS_AT_ONCE = 10
+LONGEST_STEIN_STEP_UNIT = 0.06
 # The Stein phase may cut corners; the polish makes them good.
 STEIN_PENALTY = 0.1
 
@@ -127,7 +128,9 @@ def _explore(
 
     def step(_: Int[Array, ""], state: stein.State) -> stein.State:
         scores = jax.vmap(jax.grad(log_posterior))(state.particles, reference, begins)
-        return stein.step(state, scores, kernel, smooth, STEIN_STEPS, wraps=scene.has_headings)
+        return stein.step(
+            state, scores, kernel, smooth, STEIN_STEPS, LONGEST_STEIN_STEP_UNIT, wraps=scene.has_headings
+        )
 
     return jax.lax.fori_loop(0, steps, step, state)
 

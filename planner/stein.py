@@ -30,7 +30,6 @@ from planner.problem import Kernel
 
 MOMENTUM = 0.8
 SMOOTHING = 4.0
-LONGEST_STEP_UNIT = 0.02
 SHORTEST_STEP_UNIT = 0.001
 REPULSION_SHARE = 0.75
 
@@ -80,10 +79,21 @@ def step(
     kernel: Kernel,
     smooth: Float[Array, "knot knot"],
     steps: int,
+    longest_unit: float,
     *,
     wraps: bool = False,
 ) -> State:
-    """One annealed step of `steps`, inside the unit cube; a heading (`wraps`) may turn as far as it likes."""
+    """One annealed step of a set, inside the unit cube.
+
+    Args:
+        state: The set.
+        score: ∇log p of each candidate.
+        kernel: How they share scores and repel each other.
+        smooth: `smoother` of as many knots.
+        steps: After how many the annealing is over.
+        longest_unit: How far the first moves the knot that it moves farthest; the last moves it `SHORTEST_STEP_UNIT`.
+        wraps: Whether the last axis is a heading, in turns, which may turn as far as it likes.
+    """
     # A score without numbers would spread to the whole set.
     score = jnp.where(jnp.all(jnp.isfinite(score), axis=(1, 2), keepdims=True), score, 0.0)
     progress = state.index / steps
@@ -94,7 +104,7 @@ def step(
     strength = jnp.linalg.norm(phi) / jnp.maximum(jnp.linalg.norm(away), 1e-12)
     smoothed = jnp.einsum("kl,nld->nkd", smooth, phi + fading * strength * away)
     momentum = MOMENTUM * state.momentum + smoothed
-    length = SHORTEST_STEP_UNIT * (LONGEST_STEP_UNIT / SHORTEST_STEP_UNIT) ** (1.0 - progress)
+    length = SHORTEST_STEP_UNIT * (longest_unit / SHORTEST_STEP_UNIT) ** (1.0 - progress)
     largest = jnp.max(jnp.abs(momentum), axis=(1, 2), keepdims=True)
     moved = state.particles + length * momentum / jnp.maximum(largest, 1e-20)
     inside = jnp.clip(moved, 0.0, 1.0)

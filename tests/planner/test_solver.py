@@ -260,8 +260,8 @@ def test_a_candidate_whose_score_has_no_numbers_does_not_spoil_the_others() -> N
     smooth = jnp.asarray(stein.smoother(seeds.shape[1]))
     state = without = stein.init(particles)
     for _ in range(2):
-        state = stein.step(state, score.at[1, 3].set(jnp.nan), Kernel.MARKOV, smooth, STEIN_STEPS)
-        without = stein.step(without, score.at[1].set(0.0), Kernel.MARKOV, smooth, STEIN_STEPS)
+        state = stein.step(state, score.at[1, 3].set(jnp.nan), Kernel.MARKOV, smooth, STEIN_STEPS, 0.06)
+        without = stein.step(without, score.at[1].set(0.0), Kernel.MARKOV, smooth, STEIN_STEPS, 0.06)
     assert np.isfinite(state.particles).all()
     np.testing.assert_array_equal(state.particles, without.particles)
 
