@@ -128,9 +128,7 @@ def _explore(
 
     def step(_: Int[Array, ""], state: stein.State) -> stein.State:
         scores = jax.vmap(jax.grad(log_posterior))(state.particles, reference, begins)
-        return stein.step(
-            state, scores, kernel, smooth, STEIN_STEPS, LONGEST_STEIN_STEP_UNIT, wraps=scene.has_headings
-        )
+        return stein.step(state, scores, kernel, smooth, STEIN_STEPS, LONGEST_STEIN_STEP_UNIT, wraps=scene.has_headings)
 
     return jax.lax.fori_loop(0, steps, step, state)
 
