@@ -13,6 +13,7 @@ fifty end-point samples give even a perfect path E ≈ 1.7e-4).
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable
 
 import numpy as np
@@ -53,6 +54,11 @@ class DensityGrid:
     def cell_m(self) -> Float[np.ndarray, "3"]:
         """Edge lengths of a cell, metres."""
         return self.workspace.lengths_m / np.array(self.mass.shape)
+
+    @functools.cached_property
+    def cumulative_mass(self) -> Float[np.ndarray, "cell"]:
+        """Mass of each cell and all before it, the last axis running fastest."""
+        return np.cumsum(self.mass)
 
     def centers_m(self) -> Float[np.ndarray, "nx ny nz 3"]:
         """Centres of the cells, local ENU metres."""

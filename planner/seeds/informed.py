@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import numpy as np
 from jaxtyping import Float
-from scipy.spatial import KDTree
 from scipy.spatial.distance import cdist
 
 from planner.problem import Problem
@@ -18,18 +17,18 @@ MOST_RIDGE_CELLS = 64
 def stops(problem: Problem, count: int, rng: np.random.Generator) -> Float[np.ndarray, "stop 3"]:
     """Places that stand for equal shares of the information: samples of it, spread by Lloyd's iteration."""
     grid = problem.information
-    mass = grid.mass.reshape(-1)
     size = count * SAMPLES_A_STOP
     # One draw from each of equal shares of the mass: fewer clumps than independent draws.
     share = (np.arange(size) + rng.random(size)) / size
-    cell = np.minimum(np.searchsorted(np.cumsum(mass), share), mass.size - 1)
+    cell = np.minimum(np.searchsorted(grid.cumulative_mass, share), grid.mass.size - 1)
     index = np.stack(np.unravel_index(cell, grid.mass.shape), axis=1)
     samples = problem.workspace.box_min_m + (index + rng.random((size, 3))) * grid.cell_m
     scale = problem.workspace.lengths_m
     unit = samples / scale
     centers = unit[rng.choice(size, count, replace=False)]
     for _ in range(CENTERING_ROUNDS):
-        _, owner = KDTree(centers).query(unit)
+        # ‖x − c‖² less ‖x‖², which is the same for all centres.
+        owner = np.argmin(np.sum(centers**2, axis=1) - 2.0 * unit @ centers.T, axis=1)
         number = np.bincount(owner, minlength=count)
         total = np.stack([np.bincount(owner, axis, minlength=count) for axis in unit.T], axis=1)
         centers = np.where(number[:, None] > 0, total / np.maximum(number, 1)[:, None], centers)
