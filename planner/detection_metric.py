@@ -74,7 +74,7 @@ class DetectionMetric(eqx.Module):
             spacing_m: Greatest distance between the samples of a path; which of them count is compiled.
         """
         prior, radius = search.prior, search.detection_radius_m
-        column = prior.mass.sum(axis=2)
+        column = prior.map_mass
         edges = []
         for axis, cell_m in enumerate(prior.cell_m[:2]):
             cells = column.shape[axis]

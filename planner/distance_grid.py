@@ -17,9 +17,10 @@ beyond R, and there only d(x) ≥ d(q) − ‖x − q‖ is known.
 
 from __future__ import annotations
 
+import dataclasses
 import types
 
-import equinox as eqx
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Bool, Float, Int
@@ -39,7 +40,9 @@ AIR_CELLS = 2
 CELLS_AT_ONCE = 8
 
 
-class DistanceGrid(eqx.Module):
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True, eq=False)
+class DistanceGrid:
     """Signed distances at the nodes of a regular grid over a region.
 
     Attributes:
@@ -52,7 +55,7 @@ class DistanceGrid(eqx.Module):
     low_m: Float[np.ndarray | Array, "3"]
     cell_m: Float[np.ndarray | Array, "3"]
     values_m: Float[np.ndarray | Array, "nx ny nz"]
-    holds_all: bool = eqx.field(static=True, default=True)
+    holds_all: bool = dataclasses.field(default=True, metadata={"static": True})
 
     def distance(self, points_m: AnyArray) -> AnyArray:
         """A continuous distance that is nowhere above the true one, for points of shape (..., 3).

@@ -109,7 +109,7 @@ def optimal_effort(information: DensityGrid, swept_area_m2: float, detection_pro
     rate = detection_rate(detection_probability)
     if not swept_area_m2 > 0.0:
         raise ValueError(f"swept_area_m2 must be positive, got {swept_area_m2}")
-    column = information.mass.sum(axis=2)
+    column = information.map_mass
     cell_m2 = float(information.cell_m[0] * information.cell_m[1])
     first = np.where(column > 0.0, column, 1.0) * min(detection_probability, SURE)
     first = np.where(column > 0.0, np.log(first), -np.inf)
@@ -177,4 +177,4 @@ def unseen(information: DensityGrid, sweeps: Float[np.ndarray, "nx ny"], rate: f
 
 def probability_found(information: DensityGrid, sweeps: Float[np.ndarray, "nx ny"], rate: float) -> float:
     """Probability that a search with these sweeps has found the target: Σ p (1 − exp(−κe))."""
-    return float((information.mass.sum(axis=2) * -np.expm1(-rate * sweeps)).sum())
+    return float((information.map_mass * -np.expm1(-rate * sweeps)).sum())

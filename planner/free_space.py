@@ -87,15 +87,16 @@ class FreeSpace:
             return points
         step = 1e-4 * float((self.high_m - self.low_m).min())
         offsets = step * np.concatenate([np.eye(3), -np.eye(3)])
+        blocked = np.arange(len(points))
         for _ in range(PUSHES):
-            margin = self.margin(points)
-            blocked = np.flatnonzero(margin < 0.0)
+            margin = self.margin(points[blocked])
+            blocked, margin = blocked[margin < 0.0], margin[margin < 0.0]
             if blocked.size == 0:
                 break
             around = self.margin(points[blocked, None] + offsets)
             slope = (around[:, :3] - around[:, 3:]) / (2.0 * step)
             norm = np.maximum(np.linalg.norm(slope, axis=1, keepdims=True), 1e-3)
-            points[blocked] = self.clipped(points[blocked] + (step - margin[blocked, None]) * slope / norm)
+            points[blocked] = self.clipped(points[blocked] + (step - margin[:, None]) * slope / norm)
         return points
 
     def path_through(self, waypoints_m: Float[np.ndarray, "waypoint 3"]) -> Float[np.ndarray, "point 3"]:

@@ -14,7 +14,9 @@ proof, and on ground without cliffs it gives little away. Where cliffs make L la
 
 from __future__ import annotations
 
-import equinox as eqx
+import dataclasses
+
+import jax
 import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
@@ -29,7 +31,9 @@ POSTS_AT_ONCE = 32
 STEEP = 0.7
 
 
-class HeightField(eqx.Module):
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True, eq=False)
+class HeightField:
     """A surface over the plane with everything below it, or everything above it, solid.
 
     Attributes:

@@ -60,6 +60,15 @@ class DensityGrid:
         """Mass of each cell and all before it, the last axis running fastest."""
         return np.cumsum(self.mass)
 
+    @functools.cached_property
+    def map_mass(self) -> Float[np.ndarray, "nx ny"]:
+        """Mass of each column of cells: the information seen from above."""
+        return self.mass.sum(axis=2)
+
+    def map_centers_m(self) -> Float[np.ndarray, "nx ny 2"]:
+        """Centres of the columns of cells, local ENU metres."""
+        return cell_centers_m(self.workspace, (*self.mass.shape[:2], 1))[:, :, 0, :2]
+
     def centers_m(self) -> Float[np.ndarray, "nx ny nz 3"]:
         """Centres of the cells, local ENU metres."""
         return cell_centers_m(self.workspace, self.mass.shape)

@@ -8,10 +8,10 @@ the gate measures to everything.
 
 from __future__ import annotations
 
+import dataclasses
 from collections.abc import Callable
 from typing import TypeVar
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -29,7 +29,9 @@ SPARE = 2
 _SLACK_M = 1e-2
 
 
-class NearLists(eqx.Module):
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True, eq=False)
+class NearLists:
     """A list for each cell of a grid over the box.
 
     Attributes:

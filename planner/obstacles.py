@@ -16,7 +16,6 @@ import dataclasses
 import types
 from collections.abc import Iterable, Sequence
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -114,7 +113,9 @@ class Prism:
 Obstacle = Sphere | Cylinder | Box | Prism | DistanceGrid | HeightField
 
 
-class GrownBoxes(eqx.Module):
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True, eq=False)
+class GrownBoxes:
     """Spheres, upright cylinders and boxes as arrays: boxes along the axes whose surface is moved outwards.
 
     A cylinder is an upright line grown in the plane, a sphere a point grown in space. With one formula for the three,
@@ -187,8 +188,8 @@ class GrownBoxes(eqx.Module):
 
     @property
     def _bodies(self) -> GrownBoxes:
-        """Without lists. To make a module takes its time, and the host asks often."""
-        return self if self.near is None else dataclasses.replace(self, near=None)
+        """Without lists."""
+        return dataclasses.replace(self, near=None)
 
     def numbered(self, number: Array) -> GrownBoxes:
         """Some of them, under jit, by their numbers."""
@@ -214,7 +215,9 @@ def _nearest_body(bodies: GrownBoxes, x: Array, y: Array, z: Array) -> Array:
     return each_in_turn(looked_at, begin, bodies.floor_m.shape[0], bodies.near, (x, y, z))[1]
 
 
-class ObstacleField(eqx.Module):
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True, eq=False)
+class ObstacleField:
     """All obstacles of a mission as one signed distance.
 
     Attributes:

@@ -22,7 +22,6 @@ import types
 from collections.abc import Sequence
 from typing import Any, TypeVar
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -43,7 +42,9 @@ AnyArray = TypeVar("AnyArray", np.ndarray, Array)
 Values = Any
 
 
-class Prisms(eqx.Module):
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True, eq=False)
+class Prisms:
     """Upright prisms over polygons, as blocks of edges.
 
     Attributes:
@@ -165,7 +166,9 @@ class Prisms(eqx.Module):
         return begins, blocks, to_some
 
 
-class KeepIn(eqx.Module):
+@jax.tree_util.register_dataclass
+@dataclasses.dataclass(frozen=True, eq=False)
+class KeepIn:
     """A fence around a flight: signed distance in the plane, positive inside.
 
     Attributes:

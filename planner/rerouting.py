@@ -16,6 +16,8 @@ from planner.trajectory import Trajectory
 SAMPLES_PER_SEGMENT = 4
 # So many segments before and after the blocked moments give way too: a detour takes longer than the way through.
 GIVES_WAY_SEGMENTS = 3
+# A way that is shorter than this share of what it replaces is none: the vehicle would stand there instead.
+LEAST_LEFT = 0.01
 
 
 def rerouted(curve: Trajectory, free: FreeSpace) -> Float[np.ndarray, "moment 3"]:
@@ -36,7 +38,7 @@ def rerouted(curve: Trajectory, free: FreeSpace) -> Float[np.ndarray, "moment 3"
     for run in np.split(blocked, breaks):
         first, end = max(0, int(run[0]) - reach), min(last, int(run[-1]) + reach)
         way = free.path_through(points[[first, end]])
-        if len(way) < 2 or length_of(way) <= 0.0:
+        if len(way) < 2 or length_of(way) < LEAST_LEFT * length_of(points[first : end + 1]):
             continue
         legs = free.flown_lengths(way)
         points[first : end + 1] = at_lengths(way, legs, np.linspace(0.0, legs.sum(), end - first + 1))

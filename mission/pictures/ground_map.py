@@ -44,7 +44,7 @@ def draw_ground(axis: Axes, mission: Mission, problem: Problem) -> None:
     low, high = problem.workspace.box_min_m, problem.workspace.box_max_m
     # A search shares its time out as effort, which is flat where the most is found: where the target may be is the map.
     shown = problem.information if problem.search is None else problem.search.prior
-    mass = shown.mass.sum(axis=2)
+    mass = shown.map_mass
     axis.imshow(
         mass.T,
         origin="lower",

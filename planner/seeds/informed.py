@@ -105,8 +105,8 @@ def greedy_ridge(
     workspace, grid = problem.workspace, problem.information
     low, extent = workspace.box_min_m[:2], workspace.lengths_m[:2]
     counts = np.clip(np.ceil(extent / swath).astype(int), 1, MOST_RIDGE_CELLS)
-    flat = grid.mass.sum(axis=2)
-    centers = grid.centers_m()[:, :, 0, :2]
+    flat = grid.map_mass
+    centers = grid.map_centers_m()
     cell = np.minimum(((centers - low) / extent * counts).astype(int), counts - 1)
     left = np.zeros(counts)
     np.add.at(left, (cell[..., 0], cell[..., 1]), flat)
@@ -133,7 +133,7 @@ def swath_m(problem: Problem, reach_m: float) -> float:
 
     The area is the perplexity exp(H) of the flat information, in cells: all of a uniform box, little of a peak.
     """
-    flat = problem.information.mass.sum(axis=2)
+    flat = problem.information.map_mass
     present = flat[flat > 0.0]
     cells = float(np.exp(-np.sum(present * np.log(present))))
     area = cells * float(np.prod(problem.workspace.lengths_m[:2])) / flat.size
@@ -142,16 +142,16 @@ def swath_m(problem: Problem, reach_m: float) -> float:
 
 def peak_m(problem: Problem) -> Float[np.ndarray, "2"]:
     """Where the information, seen from above, is greatest; its middle where it is the same everywhere."""
-    flat = problem.information.mass.sum(axis=2)
-    centers = problem.information.centers_m()[:, :, 0, :2]
+    flat = problem.information.map_mass
+    centers = problem.information.map_centers_m()
     greatest = flat >= flat.max() * (1.0 - 1e-9)
     return centers[greatest].mean(axis=0)
 
 
 def spread_m(problem: Problem, center_m: Float[np.ndarray, "2"]) -> float:
     """Radius around a place that holds nine tenths of the information, as far as the box goes."""
-    flat = problem.information.mass.sum(axis=2).reshape(-1)
-    away = np.linalg.norm(problem.information.centers_m()[:, :, 0, :2].reshape(-1, 2) - center_m, axis=1)
+    flat = problem.information.map_mass.reshape(-1)
+    away = np.linalg.norm(problem.information.map_centers_m().reshape(-1, 2) - center_m, axis=1)
     order = np.argsort(away)
     within = int(np.searchsorted(np.cumsum(flat[order]), 0.9 * flat.sum()))
     return float(away[order][min(within, len(order) - 1)])

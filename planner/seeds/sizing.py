@@ -57,8 +57,8 @@ def _between(low: int, high: int, aim_m: float, lengths: dict[int, float]) -> in
         return 1
     # Beyond the largest that was drawn, go by the one before; not far, since a power is only a guess.
     other = high if high in lengths else max((size for size in lengths if size < low), default=0)
-    guess = _GROWTH * low
+    growth = math.log(_GROWTH)
     if other and 0.0 < lengths[low] != lengths[other] > 0.0:
         power = math.log(other / low) / math.log(lengths[other] / lengths[low])
-        guess = min(guess, low * (aim_m / lengths[low]) ** power) if power > 0.0 else guess
-    return min(max(int(guess), low + 1), high - 1)
+        growth = min(growth, power * math.log(aim_m / lengths[low])) if power > 0.0 else growth
+    return min(max(int(low * math.exp(growth)), low + 1), high - 1)

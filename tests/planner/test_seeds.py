@@ -235,8 +235,10 @@ def test_of_all_sizes_one_is_drawn_that_nearly_fills_the_reach(factor, power, mo
 
 def test_sizes_whose_lengths_are_in_no_order_are_searched_to_an_end() -> None:
     rng = np.random.default_rng(0)
-    for _ in range(50):
-        lengths = rng.uniform(0.5, 1.5, 161) * np.arange(161)
+    drawn = [rng.uniform(0.5, 1.5, 161) * np.arange(161) for _ in range(50)]
+    # However large, nearly or exactly as long, or with no length at all.
+    alike = [np.full(161, 70.0), 70.0 + 1e-12 * np.arange(161), 70.0 - 1e-12 * np.arange(161), np.zeros(161)]
+    for lengths in drawn + alike:
         within = sizing.fitted(
             lambda size: np.full((1, 3), float(size)), lambda way, of=lengths: of[int(way[0, 0])], 160
         )
