@@ -50,6 +50,8 @@ class Drawing:
     def __init__(self, problem: Problem, free: FreeSpace, lead_in: Float[np.ndarray, "point 3"]) -> None:
         self._problem, self._free, self._lead_in = problem, free, lead_in
         self._region, self._altitudes = Region(problem), Altitudes(problem)
+        # Drawn last of each pattern, which is about what fits.
+        self._sizes: dict[Pattern, int] = {}
 
     def ways(self, pattern: Pattern, variant: int, rng: np.random.Generator) -> Ways:
         """A pattern, as large as a reach in metres of `FreeSpace.flown_lengths` allows.
@@ -96,8 +98,14 @@ class Drawing:
         joined = np.concatenate([self._lead_in, way] if end is None else [self._lead_in, way, end[None]])
         return float(self._free.flown_lengths(joined).sum())
 
-    def _fitted(self, make: Callable[[int], Way], most: int) -> Ways:
-        return fitted(make, self._length, most)
+    def _fitted(self, pattern: Pattern, make: Callable[[int], Way], most: int) -> Ways:
+        """A pattern of the size that fits; the next of its kind is drawn in that size first."""
+
+        def noted(size: int) -> Way:
+            self._sizes[pattern] = size
+            return make(size)
+
+        return fitted(noted, self._length, most, self._sizes.get(pattern, 1))
 
     def _quantile(self, variant: int) -> float:
         """Share of the information below a flight of one altitude: the middle first."""
@@ -112,7 +120,7 @@ class Drawing:
             levels = self._altitudes.levels(layers)
             return self._nearest_way_round(layered_rows(self._region, heading, rows, levels))
 
-        return self._fitted(make, MOST_ROWS)
+        return self._fitted(Pattern.LAWNMOWER, make, MOST_ROWS)
 
     def _nearest_way_round(self, way: Way) -> Way:
         """The pattern, or its mirror image, whichever begins and ends with the shorter ways."""
@@ -141,14 +149,16 @@ class Drawing:
             low, high = self._altitudes.lifted(flat, 0.3), self._altitudes.lifted(flat[::-1], 0.7)
             return np.concatenate([low, high] if variant % 2 == 0 else [high[::-1], low[::-1]])
 
-        return self._fitted(make, MOST_ROWS)
+        return self._fitted(Pattern.SPIRAL, make, MOST_ROWS)
 
     def _squares(self, variant: int) -> Ways:
         center = peak_m(self._problem) if variant % 2 == 0 else self._region.center_m
         quantile = self._quantile(variant)
-        return self._fitted(
-            lambda legs: self._altitudes.lifted(expanding_square(self._region, center, legs), quantile), MOST_ROWS
-        )
+
+        def make(legs: int) -> Way:
+            return self._altitudes.lifted(expanding_square(self._region, center, legs), quantile)
+
+        return self._fitted(Pattern.SQUARE, make, MOST_ROWS)
 
     def _sectors(self, variant: int, rng: np.random.Generator) -> Ways:
         center, heading = peak_m(self._problem), float(rng.uniform(0.0, np.pi))
@@ -158,7 +168,7 @@ class Drawing:
         def make(count: int) -> Way:
             return self._free.clipped(self._altitudes.lifted(sectors(center, radius, count, heading), quantile))
 
-        return self._fitted(make, MOST_ROWS // 4)
+        return self._fitted(Pattern.SECTORS, make, MOST_ROWS // 4)
 
     def _tours(self, rng: np.random.Generator) -> Ways:
         chance = int(rng.integers(2**32))
@@ -170,7 +180,7 @@ class Drawing:
             order = tour(self._lead_in[-1], places, end, vertical_cost)
             return order[1:] if end is None else order[1:-1]
 
-        within = self._fitted(make, MOST_STOPS)
+        within = self._fitted(Pattern.TOUR, make, MOST_STOPS)
         return lambda reach_m: self._free.pushed(within(reach_m))
 
     def _wanderings(self, rng: np.random.Generator) -> Ways:
@@ -181,7 +191,7 @@ class Drawing:
             way = wander(self._problem.workspace, self._lead_in[-1], places[:count], end)
             return way[1:] if end is None else way[1:-1]
 
-        return self._fitted(make, MOST_PLACES)
+        return self._fitted(Pattern.RANDOM, make, MOST_PLACES)
 
     def _directs(self, variant: int, rng: np.random.Generator) -> Ways:
         """As little as can be flown: to the end; of a tour, and after the first, by way of one free place."""
@@ -192,4 +202,8 @@ class Drawing:
         if variant > 0 or self._free.margin(place) < 0.0:
             places = self._problem.workspace.enu_from_unit(rng.uniform(0.05, 0.95, (PLACES_TRIED, 3)))
             place = places[int(np.argmax(self._free.margin(places) >= 0.0))]
-        return self._fitted(lambda size: (begin + size / OUTWARD_STEPS * (place - begin))[None], OUTWARD_STEPS)
+
+        def make(size: int) -> Way:
+            return (begin + size / OUTWARD_STEPS * (place - begin))[None]
+
+        return self._fitted(Pattern.DIRECT, make, OUTWARD_STEPS)

@@ -18,7 +18,7 @@ _AIM = 0.5 * (WELL_FITTED + 1.0)
 _GROWTH = 4
 
 
-def fitted(make: Callable[[int], Way], length_m: Callable[[Way], float], most: int) -> Ways:
+def fitted(make: Callable[[int], Way], length_m: Callable[[Way], float], most: int, begin: int = 1) -> Ways:
     """The pattern of about the largest size within a reach; of size one where even that is too long.
 
     Each size is drawn once, however many reaches are asked for.
@@ -27,6 +27,7 @@ def fitted(make: Callable[[int], Way], length_m: Callable[[Way], float], most: i
         make: Draws a size, 1 … most; larger ones are longer, all in all.
         length_m: Length of what is drawn.
         most: The largest size.
+        begin: The size to begin with: what fitted a pattern of the kind before.
     """
     ways: dict[int, Way] = {}
     lengths: dict[int, float] = {}
@@ -37,7 +38,7 @@ def fitted(make: Callable[[int], Way], length_m: Callable[[Way], float], most: i
             low = max((size for size in lengths if size < high), default=0)
             if high - low <= 1 or lengths.get(low, 0.0) >= WELL_FITTED * reach_m:
                 return ways[max(low, 1)]
-            size = _between(low, high, _AIM * reach_m, lengths)
+            size = _between(low, high, _AIM * reach_m, lengths) if lengths else min(begin, most)
             ways[size] = make(size)
             lengths[size] = length_m(ways[size])
 
@@ -48,17 +49,19 @@ def _between(low: int, high: int, aim_m: float, lengths: dict[int, float]) -> in
     """The size to draw next, larger than one and smaller than another, as if length were a power of it.
 
     Args:
-        low: Drawn and too short; zero: none is.
+        low: Drawn and too short; zero: none is, and then `high` is drawn.
         high: Drawn and too long; or one more than the largest size.
         aim_m: Wanted length.
         lengths: Of the sizes that were drawn.
     """
-    if low == 0:
-        return 1
-    # Beyond the largest that was drawn, go by the one before; not far, since a power is only a guess.
-    other = high if high in lengths else max((size for size in lengths if size < low), default=0)
-    growth = math.log(_GROWTH)
-    if other and 0.0 < lengths[low] != lengths[other] > 0.0:
-        power = math.log(other / low) / math.log(lengths[other] / lengths[low])
-        growth = min(growth, power * math.log(aim_m / lengths[low])) if power > 0.0 else growth
-    return min(max(int(low * math.exp(growth)), low + 1), high - 1)
+    here = low or high
+    bracketed = low > 0 and high in lengths
+    others = [high] if bracketed else sorted(lengths.keys() - {here}, key=lambda size: abs(size - here))
+    power = 1.0
+    if others and 0.0 < lengths[here] != lengths[others[0]] > 0.0:
+        between = math.log(others[0] / here) / math.log(lengths[others[0]] / lengths[here])
+        power = between if between > 0.0 else power
+    growth = power * math.log(aim_m / lengths[here]) if lengths[here] > 0.0 else math.inf
+    # Not far from what was drawn: a power is only a guess.
+    farthest = math.log(_GROWTH)
+    return min(max(int(here * math.exp(min(max(growth, -farthest), farthest))), low + 1), high - 1)

@@ -207,9 +207,10 @@ def test_a_path_shorter_than_the_reach_takes_all_of_the_time(length: float) -> N
     factor=st.floats(0.1, 20.0),
     power=st.floats(0.3, 2.0),
     most=st.integers(1, 300),
+    begin=st.integers(1, 300),
     reaches=st.lists(st.floats(0.05, 2000.0), min_size=1, max_size=4),
 )
-def test_of_all_sizes_one_is_drawn_that_nearly_fills_the_reach(factor, power, most, reaches) -> None:
+def test_of_all_sizes_one_is_drawn_that_nearly_fills_the_reach(factor, power, most, begin, reaches) -> None:
     drawn: list[int] = []
 
     def make(size: int) -> np.ndarray:
@@ -219,7 +220,7 @@ def test_of_all_sizes_one_is_drawn_that_nearly_fills_the_reach(factor, power, mo
     def length_m(way: np.ndarray) -> float:
         return factor * float(way[0, 0]) ** power
 
-    within = sizing.fitted(make, length_m, most)
+    within = sizing.fitted(make, length_m, most, begin)
     for reach in reaches:
         size = int(within(reach)[0, 0])
         too_long = [one for one in range(1, most + 1) if factor * one**power > reach]
@@ -229,6 +230,7 @@ def test_of_all_sizes_one_is_drawn_that_nearly_fills_the_reach(factor, power, mo
             assert factor * size**power <= reach
             assert size == most or size + 1 in too_long or factor * size**power >= sizing.WELL_FITTED * reach
     assert len(drawn) == len(set(drawn))
+    assert drawn[0] == min(begin, most)
     # A length that is a power of the size is found at once, but for what rounding makes of small sizes.
     assert len(drawn) <= 5 + 4 * len(reaches)
 
@@ -239,8 +241,9 @@ def test_sizes_whose_lengths_are_in_no_order_are_searched_to_an_end() -> None:
     # However large, nearly or exactly as long, or with no length at all.
     alike = [np.full(161, 70.0), 70.0 + 1e-12 * np.arange(161), 70.0 - 1e-12 * np.arange(161), np.zeros(161)]
     for lengths in drawn + alike:
+        begin = int(rng.integers(1, 161))
         within = sizing.fitted(
-            lambda size: np.full((1, 3), float(size)), lambda way, of=lengths: of[int(way[0, 0])], 160
+            lambda size: np.full((1, 3), float(size)), lambda way, of=lengths: of[int(way[0, 0])], 160, begin
         )
         for reach in (20.0, 90.0, 60.0, 400.0):
             assert lengths[int(within(reach)[0, 0])] <= max(reach, lengths[1])
