@@ -7,8 +7,8 @@ One formula a kind serves both the proof (numpy, double precision) and the optim
 vmap and grad). Over many obstacles the nearest is found without derivatives and measured again with them: the
 derivative of the minimum, for a tenth of the work of differentiating through it.
 
-They are dataclasses that JAX knows as trees, and no equinox modules: the host asks them often, and a module takes 20 µs to
-bind a method.
+They are dataclasses that JAX knows as trees, and no equinox modules: the host asks them often, and a module takes 20 µs
+to bind a method.
 
 Arrays are padded to a few sizes with obstacles at `FAR_M`, so that a mission of similar size runs compiled code.
 """
