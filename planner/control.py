@@ -301,16 +301,11 @@ def own_score_step(
 ) -> stein.State:
     """One annealed step of `steps`: own scores at unit length, repulsion that fades, momentum as in `planner.stein`."""
     progress = state.index / steps
-    fading = 0.5 * (1.0 + jnp.cos(jnp.pi * jnp.minimum(progress / stein.REPULSION_SHARE, 1.0)))
     _, repulsion = kernel_terms(kernel, state.particles)
     pull = score / jnp.maximum(_norms(score), 1e-20)
     away = repulsion / jnp.maximum(jnp.max(_norms(repulsion)), 1e-12)
-    smoothed = jnp.einsum("kl,nld->nkd", smooth, pull + REPULSION * fading * away)
-    momentum = stein.MOMENTUM * state.momentum + smoothed
-    length = SHORTEST_STEP * (LONGEST_STEP / SHORTEST_STEP) ** (1.0 - progress)
-    largest = jnp.max(jnp.abs(momentum), axis=(1, 2), keepdims=True)
-    moved = state.particles + length * momentum / jnp.maximum(largest, 1e-20)
-    return stein.State(jnp.clip(moved, 0.0, 1.0), momentum, state.index + 1)
+    along = pull + REPULSION * stein.fading(progress) * away
+    return stein.moved(state, along, smooth, progress, LONGEST_STEP, SHORTEST_STEP)
 
 
 def with_memory(

@@ -6,7 +6,7 @@
 |--------|---------------------|------|--------------------|
 | x_i    | `particles`         | unit | particle knot axis |
 | ∇log p | `score`             | 1    | particle knot axis |
-| γ      | `repulsion_weight`  | 1    |                    |
+| γ      | `fading`            | 1    |                    |
 
 Departures from the paper:
 1. Repulsion fades (cosine to zero over the first three quarters): kept up, it holds every path away from its optimum,
@@ -53,18 +53,9 @@ def init(particles: Float[Array, "particle knot axis"]) -> State:
     return State(particles, jnp.zeros_like(particles), jnp.zeros((), jnp.int32))
 
 
-def direction(
-    kernel: Kernel,
-    particles: Float[Array, "particle knot axis"],
-    score: Float[Array, "particle knot axis"],
-    repulsion_weight: float | Float[Array, ""],
-    *,
-    wraps: bool = False,
-) -> Float[Array, "particle knot axis"]:
-    """The Stein direction φ of every particle; `wraps`: whether the last axis is a heading, in turns."""
-    gram, repulsion = kernel_terms(kernel, particles, wraps=wraps)
-    attraction = jnp.einsum("ij,ikd->jkd", gram, score)
-    return (attraction + repulsion_weight * repulsion) / particles.shape[0]
+def fading(progress: Float[Array, ""]) -> Float[Array, ""]:
+    """How much of the repulsion is left, 1 … 0, after a share of the steps."""
+    return 0.5 * (1.0 + jnp.cos(jnp.pi * jnp.minimum(progress / REPULSION_SHARE, 1.0)))
 
 
 def smoother(knots: int) -> Float[np.ndarray, "knot knot"]:
@@ -96,20 +87,43 @@ def step(
     """
     # A score without numbers would spread to the whole set.
     score = jnp.where(jnp.all(jnp.isfinite(score), axis=(1, 2), keepdims=True), score, 0.0)
-    progress = state.index / steps
-    fading = 0.5 * (1.0 + jnp.cos(jnp.pi * jnp.minimum(progress / REPULSION_SHARE, 1.0)))
+    gram, away = kernel_terms(kernel, state.particles, wraps=wraps)
+    pull = jnp.einsum("ij,ikd->jkd", gram, score)
     # Scores have no common scale (E is divided by its own size), so repulsion is measured against them.
-    phi = direction(kernel, state.particles, score, 0.0, wraps=wraps)
-    away = direction(kernel, state.particles, jnp.zeros_like(score), 1.0, wraps=wraps)
-    strength = jnp.linalg.norm(phi) / jnp.maximum(jnp.linalg.norm(away), 1e-12)
-    smoothed = jnp.einsum("kl,nld->nkd", smooth, phi + fading * strength * away)
-    momentum = MOMENTUM * state.momentum + smoothed
-    length = SHORTEST_STEP_UNIT * (longest_unit / SHORTEST_STEP_UNIT) ** (1.0 - progress)
+    strength = jnp.linalg.norm(pull) / jnp.maximum(jnp.linalg.norm(away), 1e-12)
+    progress = state.index / steps
+    along = pull + fading(progress) * strength * away
+    return moved(state, along, smooth, progress, longest_unit, SHORTEST_STEP_UNIT, wraps=wraps)
+
+
+def moved(
+    state: State,
+    along: Float[Array, "particle knot axis"],
+    smooth: Float[Array, "knot knot"],
+    progress: Float[Array, ""],
+    longest_unit: float,
+    shortest_unit: float,
+    *,
+    wraps: bool = False,
+) -> State:
+    """The set one annealed step on, with momentum, inside the unit cube.
+
+    Args:
+        state: The set.
+        along: Where to; its length does not count.
+        smooth: `smoother` of as many knots.
+        progress: Share of the steps that were taken.
+        longest_unit: How far the first step moves the knot that it moves farthest.
+        shortest_unit: The same of the last.
+        wraps: Whether the last axis is a heading, in turns, which may turn as far as it likes.
+    """
+    momentum = MOMENTUM * state.momentum + jnp.einsum("kl,nld->nkd", smooth, along)
+    length = shortest_unit * (longest_unit / shortest_unit) ** (1.0 - progress)
     largest = jnp.max(jnp.abs(momentum), axis=(1, 2), keepdims=True)
-    moved = state.particles + length * momentum / jnp.maximum(largest, 1e-20)
-    inside = jnp.clip(moved, 0.0, 1.0)
+    free = state.particles + length * momentum / jnp.maximum(largest, 1e-20)
+    inside = jnp.clip(free, 0.0, 1.0)
     if wraps:
-        inside = inside.at[..., -1].set(moved[..., -1])
+        inside = inside.at[..., -1].set(free[..., -1])
     return State(inside, momentum, state.index + 1)
 
 
@@ -122,7 +136,9 @@ def sves_step(
     wraps: bool = False,
 ) -> Float[Array, "particle knot axis"]:
     """The paper's own step, x ← x + εφ (SVES Alg. 1)."""
-    return particles + step_size * direction(kernel, particles, score, 1.0, wraps=wraps)
+    gram, repulsion = kernel_terms(kernel, particles, wraps=wraps)
+    phi = (jnp.einsum("ij,ikd->jkd", gram, score) + repulsion) / particles.shape[0]
+    return particles + step_size * phi
 
 
 def separated(
