@@ -61,7 +61,7 @@ class Ground:
     """What a path has seen of it, by the middles of cells."""
 
     def __init__(self, cells: DensityGrid) -> None:
-        self._mass = cells.mass.sum(axis=2).reshape(-1)
+        self._mass = cells.map_mass.reshape(-1)
         self._places = cells.map_centers_m().reshape(-1, 2)
 
     def seen(self, path_m: np.ndarray) -> float:
@@ -80,7 +80,7 @@ class Ground:
 
 def greedy(prior: DensityGrid, eagerness: float) -> np.ndarray:
     """Always on to the unseen cell with the most for the way there; what lies beside the way is seen too."""
-    left = prior.mass.sum(axis=2).reshape(-1).copy()
+    left = prior.map_mass.reshape(-1).copy()
     places = prior.map_centers_m().reshape(-1, 2)
     tree, path, flown = KDTree(places), [START_M[:2]], 0.0
     while flown < LENGTH_M:
@@ -96,7 +96,7 @@ def greedy(prior: DensityGrid, eagerness: float) -> np.ndarray:
 
 def greedy_steps(prior: DensityGrid) -> np.ndarray:
     """From the peak on to whichever cell within two of here adds the most for the way there."""
-    left = prior.mass.sum(axis=2).copy()
+    left = prior.map_mass.copy()
     places, tree = prior.map_centers_m(), KDTree(prior.map_centers_m().reshape(-1, 2))
     here = np.array(np.unravel_index(np.argmax(left), left.shape))
     steps = [np.array((east, north)) for east in range(-2, 3) for north in range(-2, 3) if 2 in (abs(east), abs(north))]

@@ -62,8 +62,6 @@ class FreeSpace:
 
     def margin(self, points_m: Float[np.ndarray, "*batch 3"]) -> Float[np.ndarray, "*batch"]:
         """Distance to the nearest thing in the way less what must be kept; negative: not free. Metres."""
-        if self.is_open:
-            return np.full(points_m.shape[:-1], np.inf)
         margin = self._field.distance(points_m) - self._keep_out_m
         if self._fence is not None:
             margin = np.minimum(margin, self._fence.distance(points_m[..., :2]) - self._fence_inset_m)

@@ -50,7 +50,7 @@ class Drawing:
     def __init__(self, problem: Problem, free: FreeSpace, lead_in: Float[np.ndarray, "point 3"]) -> None:
         self._problem, self._free, self._lead_in = problem, free, lead_in
         self._region, self._altitudes = Region(problem), Altitudes(problem)
-        # Drawn last of each pattern, which is about what fits.
+        # Drawn last of each pattern: about what fits.
         self._sizes: dict[Pattern, int] = {}
 
     def ways(self, pattern: Pattern, variant: int, rng: np.random.Generator) -> Ways:
@@ -99,7 +99,7 @@ class Drawing:
         return float(self._free.flown_lengths(joined).sum())
 
     def _fitted(self, pattern: Pattern, make: Callable[[int], Way], most: int) -> Ways:
-        """A pattern of the size that fits; the next of its kind is drawn in that size first."""
+        """A pattern of the size that fits, beginning with the size that was drawn last of its kind."""
 
         def noted(size: int) -> Way:
             self._sizes[pattern] = size

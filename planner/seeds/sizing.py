@@ -18,7 +18,7 @@ _AIM = 0.5 * (WELL_FITTED + 1.0)
 _GROWTH = 4
 
 
-def fitted(make: Callable[[int], Way], length_m: Callable[[Way], float], most: int, begin: int = 1) -> Ways:
+def fitted(make: Callable[[int], Way], length_m: Callable[[Way], float], most: int, begin: int) -> Ways:
     """The pattern of about the largest size within a reach; of size one where even that is too long.
 
     Each size is drawn once, however many reaches are asked for.
@@ -27,7 +27,7 @@ def fitted(make: Callable[[int], Way], length_m: Callable[[Way], float], most: i
         make: Draws a size, 1 … most; larger ones are longer, all in all.
         length_m: Length of what is drawn.
         most: The largest size.
-        begin: The size to begin with: what fitted a pattern of the kind before.
+        begin: The size to draw first: of a pattern of the kind about what fits is known.
     """
     ways: dict[int, Way] = {}
     lengths: dict[int, float] = {}
@@ -55,12 +55,12 @@ def _between(low: int, high: int, aim_m: float, lengths: dict[int, float]) -> in
         lengths: Of the sizes that were drawn.
     """
     here = low or high
-    bracketed = low > 0 and high in lengths
-    others = [high] if bracketed else sorted(lengths.keys() - {here}, key=lambda size: abs(size - here))
+    # Between two go by both: the nearest alone may creep. Beyond them go by the nearest.
+    between = low > 0 and high in lengths
+    other = high if between else min(lengths.keys() - {here}, key=lambda size: abs(size - here), default=here)
     power = 1.0
-    if others and 0.0 < lengths[here] != lengths[others[0]] > 0.0:
-        between = math.log(others[0] / here) / math.log(lengths[others[0]] / lengths[here])
-        power = between if between > 0.0 else power
+    if 0.0 < lengths[here] != lengths[other] > 0.0:
+        power = abs(math.log(other / here) / math.log(lengths[other] / lengths[here]))
     growth = power * math.log(aim_m / lengths[here]) if lengths[here] > 0.0 else math.inf
     # Not far from what was drawn: a power is only a guess.
     farthest = math.log(_GROWTH)
