@@ -4,10 +4,14 @@ from __future__ import annotations
 
 import dataclasses
 import math
+from collections.abc import Iterator
+
+import numpy as np
 
 from mission.executive.own_return import OwnReturn
 from mission.site.descent import Descent
 from planner.problem import Limits
+from planner.trajectory import Trajectory
 from sim_bridge.state import Vector
 
 # Until the way home is proven it is taken for little longer than the straight line.
@@ -17,6 +21,9 @@ _LEAST_DROP = 0.03
 # Of the reserve, what must be left after the vehicle's own return. (PX4 itself asks for a tenth more than its return
 # takes, and 100 s: RTL_TIME_FACTOR, RTL_TIME_MARGIN.)
 _KEPT_ALONE = 0.5
+
+# The charge along a curve is looked at that often.
+_PLACES_EVERY_S = 1.0
 
 STALE_CHARGE_S = 20.0
 """Vehicles tell their charge every second or so; one that is older than this is not told any more."""
@@ -163,3 +170,20 @@ class Consumption:
         if elapsed_s >= _LEAST_OBSERVATION_S and drop >= _LEAST_DROP:
             fraction_per_s = max(1.0 / energy.endurance_s, drop / elapsed_s)
         return dataclasses.replace(self, fraction_per_s=fraction_per_s, left_fraction=left)
+
+
+def places_ahead(
+    curve: Trajectory, from_s: float, begins_in_s: float, rate: float = 1.0
+) -> Iterator[tuple[float, Vector]]:
+    """Where a curve leads, every second of it and at its end, each with the time until then.
+
+    Args:
+        curve: What would be flown.
+        from_s: Curve time from which on.
+        begins_in_s: Time until then.
+        rate: Share of its speeds at which it is flown.
+    """
+    moments = np.append(np.arange(from_s, curve.end_s, _PLACES_EVERY_S), curve.end_s)
+    flown_s = begins_in_s + (moments - from_s) / rate
+    for until_s, (east, north, up) in zip(flown_s.tolist(), curve.sample(moments).position_m.tolist(), strict=True):
+        yield until_s, (east, north, up)

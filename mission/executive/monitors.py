@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from mission.executive.course import Course, CoursePoint
-from mission.executive.energy import Consumption, Energy, ProvenHome
+from mission.executive.energy import Consumption, Energy, ProvenHome, places_ahead
 from planner.trajectory import Trajectory
 from sim_bridge.state import Vector, VehicleState
 
@@ -26,8 +26,6 @@ _WORSE = 1.5
 _BEHIND_S, _BEFORE_S, _AHEAD_S, _AHEAD_STEP_S = 3.0, 1.0, 20.0, 0.1
 # To speed up and to slow down again in time is not worth while for less.
 _WORTH_WHILE_S = 35.0
-# The charge along a curve is looked at that often.
-_CHARGE_STEP_S = 2.0
 
 
 class Alarm(enum.Enum):
@@ -142,15 +140,11 @@ class Monitors:
             consumption: How much is left, and how fast it falls.
             rate: Share of its speeds at which all is flown.
         """
-        moments = np.append(np.arange(from_s, curve.end_s, _CHARGE_STEP_S), curve.end_s)
-        flown_s = begins_in_s + (moments - from_s) / rate
         return min(
             consumption.left_fraction
-            - consumption.fraction_per_s * flown
-            - self.needed_fraction((east, north, up), home_m, consumption, rate)
-            for flown, (east, north, up) in zip(
-                flown_s.tolist(), curve.sample(moments).position_m.tolist(), strict=True
-            )
+            - consumption.fraction_per_s * until_s
+            - self.needed_fraction(place_m, home_m, consumption, rate)
+            for until_s, place_m in places_ahead(curve, from_s, begins_in_s, rate)
         )
 
     def beside_m(self, state: VehicleState, course: Course, now_s: float) -> float:

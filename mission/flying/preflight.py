@@ -13,7 +13,7 @@ from pathlib import Path
 
 import numpy as np
 
-from mission.executive.energy import STALE_CHARGE_S, Energy
+from mission.executive.energy import STALE_CHARGE_S, Energy, places_ahead
 from mission.executive.events import FlightEnd
 from mission.flying.vehicle_settings import Reach
 from mission.site.column import nearest_in_column
@@ -32,7 +32,6 @@ LEAST_DISK_BYTES = 100_000_000
 _HIGHEST_M = 500.0
 _SKYLINE_STEP_M = 2.0
 _SKYLINE_PLACES = 40
-_LEFT_ALONE_STEP_S = 1.0
 
 
 def reach_of(problem: Problem, fence_m: Sequence[Corner], home_m: Vector) -> Reach:
@@ -162,16 +161,15 @@ def own_return_problems(
     """
     if energy.own_return is None:
         return []
-    moments = np.append(np.arange(from_s, exploration.end_s, _LEFT_ALONE_STEP_S), exploration.end_s)
-    places = exploration.sample(moments).position_m
-    alone_s = np.array([energy.alone_s((east, north, up), home_m) for east, north, up in places.tolist()])
-    flown_s = way_out_s + moments - from_s
-    worst = int(np.argmax(flown_s + alone_s))
-    needed = energy.needed_fraction(0.0, float(flown_s[worst] + alone_s[worst]), 1.0 / energy.endurance_s)
+    ahead = (
+        (until_s, energy.alone_s(place_m, home_m)) for until_s, place_m in places_ahead(exploration, from_s, way_out_s)
+    )
+    flown_s, alone_s = max(ahead, key=sum)
+    needed = energy.needed_fraction(0.0, flown_s + alone_s, 1.0 / energy.endurance_s)
     if needed <= charge_fraction:
         return []
     return [
-        f"the battery has {charge_fraction:.0%}, and a vehicle that is left alone {flown_s[worst]:.0f} s after its "
-        f"take-off needs {needed:.0%} of it: its own return takes {alone_s[worst]:.0f} s from there, with "
+        f"the battery has {charge_fraction:.0%}, and a vehicle that is left alone {flown_s:.0f} s after its "
+        f"take-off needs {needed:.0%} of it: its own return takes {alone_s:.0f} s from there, with "
         f"{energy.own_return.named} as they are. Make it faster, charge it, or shorten planner.duration_s"
     ]

@@ -135,6 +135,6 @@ def test_the_charge_is_spare_along_a_curve_where_no_moment_of_it_calls_home(own_
     enough = 0.9 - spare(0.9)
     assert spare(enough) == pytest.approx(0.0, abs=1e-12)
     assert 0.2 < enough < 0.9
-    # The curve is looked at every 2 s, in which a vehicle comes 10 m farther out.
+    # The curve is looked at every second, in which a vehicle comes 5 m farther out.
     assert not called_home(enough + 0.005)
     assert called_home(enough - 0.001)
