@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import dataclasses
 import math
-from collections.abc import Iterator
 
 import numpy as np
 
@@ -172,9 +171,7 @@ class Consumption:
         return dataclasses.replace(self, fraction_per_s=fraction_per_s, left_fraction=left)
 
 
-def places_ahead(
-    curve: Trajectory, from_s: float, begins_in_s: float, rate: float = 1.0
-) -> Iterator[tuple[float, Vector]]:
+def places_ahead(curve: Trajectory, from_s: float, begins_in_s: float, rate: float = 1.0) -> list[tuple[float, Vector]]:
     """Where a curve leads, every second of it and at its end, each with the time until then.
 
     Args:
@@ -185,5 +182,8 @@ def places_ahead(
     """
     moments = np.append(np.arange(from_s, curve.end_s, _PLACES_EVERY_S), curve.end_s)
     flown_s = begins_in_s + (moments - from_s) / rate
-    for until_s, (east, north, up) in zip(flown_s.tolist(), curve.sample(moments).position_m.tolist(), strict=True):
-        yield until_s, (east, north, up)
+    places_m = curve.sample(moments).position_m
+    return [
+        (until_s, (east, north, up))
+        for until_s, (east, north, up) in zip(flown_s.tolist(), places_m.tolist(), strict=True)
+    ]

@@ -1,9 +1,9 @@
 """The flight executive: a state machine without clocks, sockets or threads.
 
 Events come in with the moment they happened; actions come out. This file turns what the ground says and what time
-brings into triggers, `hearing` what the vehicle says; `phases.TABLE` says which phase follows which,
-and `phase_machine` takes its rows. All times are seconds of the flight clock: the vehicle's time, made
-continuous.
+brings into triggers, `hearing` what the vehicle says, `arrivals` what comes at the end of a curve; `phases.TABLE` says
+which phase follows which, and `phase_machine` takes its rows. All times are seconds of the flight clock: the vehicle's
+time, made continuous.
 """
 
 from __future__ import annotations
@@ -11,6 +11,7 @@ from __future__ import annotations
 import dataclasses
 from collections.abc import Callable
 
+from mission.executive.arrivals import Arrivals
 from mission.executive.course import Course
 from mission.executive.course_keeper import CourseKeeper
 from mission.executive.energy import ProvenHome
@@ -22,7 +23,6 @@ from mission.executive.events import (
     Connected,
     Event,
     FindWay,
-    FlightEnd,
     Goal,
     NewCourse,
     NoWayRound,
@@ -42,7 +42,7 @@ from mission.executive.lookout import blocks
 from mission.executive.monitors import Monitors
 from mission.executive.phase_machine import GOAL, PhaseMachine
 from mission.executive.phases import FINAL, ON_COURSE, OUTWARD, Phase, Trigger
-from mission.executive.standing_order import STREAM_FIRST_S, StandingOrder
+from mission.executive.standing_order import StandingOrder
 from mission.executive.stay import limit_s
 from mission.executive.way_watch import WayWatch
 from planner.gate import ProvenTrajectory
@@ -51,21 +51,11 @@ from planner.trajectory import Trajectory
 from sim_bridge.state import (
     Command,
     CommandDone,
-    FlightMode,
     MissionProgress,
     StatusText,
     VehicleState,
     Waiting,
 )
-
-_ARRIVES_WITHIN_S = 10.0
-"""A vehicle that overshoots comes back within 3 to 5 s."""
-
-_END_TRIGGER = {
-    FlightEnd.RETURN: Trigger.EXPLORED,
-    FlightEnd.LAND: Trigger.EXPLORED_LAND,
-    FlightEnd.HOLD: Trigger.EXPLORED_HOLD,
-}
 
 
 class Executive:
@@ -109,6 +99,7 @@ class Executive:
             self._patience,
         )
         self._known = known
+        self._arrivals = Arrivals(assignment.end, self._vehicle, self._keeper, self._landing, self._machine)
         self._ways = WayWatch(known, assignment.end, self._vehicle, self._keeper, self._landing, self._machine)
 
     @property
@@ -238,7 +229,7 @@ class Executive:
             case MissionProgress():
                 self._ways.reached = event.reached
                 if self.phase is Phase.AUTO_MISSION and self._ways.mission_done:
-                    self._end_exploration(now_s)
+                    self._arrivals.end_exploration(now_s)
             case Operator():
                 self._operate(event, now_s)
         # Whatever has begun now, it must not lead into what is known.
@@ -256,7 +247,7 @@ class Executive:
         """
         self._watch_link(now_s)
         self._ways.watch(now_s)
-        self._watch_course(now_s)
+        self._arrivals.watch(now_s)
         keeper = self._keeper
         limit = limit_s(
             self.phase, self.assignment, keeper.exploration, keeper.course, self._patience, keeper.least_rate
@@ -373,55 +364,3 @@ class Executive:
                 self._fire(Trigger.LINK_GONE, now_s)
             case None:
                 pass
-
-    def _watch_course(self, now_s: float) -> None:
-        keeper, stay = self._keeper, self._machine.stay
-        if keeper.course is None:
-            return
-        if self.phase in GOAL:
-            follows = self._vehicle.mode is FlightMode.EXTERNAL
-            streamed = stay.lasted_s(now_s) >= STREAM_FIRST_S or self.phase is Phase.TURNING_BACK
-            # One that follows already brakes with its course; one that is taken over stands where it was, and may move.
-            taken_over = self.phase is not Phase.TURNING_BACK
-            if taken_over and stay.lasted_s(now_s) < _ARRIVES_WITHIN_S and self._waits_for_vehicle():
-                return
-            if follows and streamed and keeper.way is not None and keeper.stands(now_s):
-                self._fire(Trigger.UNDER_CONTROL, now_s)
-        elif self.phase is Phase.FOLLOWING and keeper.finished(now_s):
-            self._end_exploration(now_s)
-        elif self.phase is Phase.TRANSIT and keeper.finished(now_s):
-            self._arrive_to_explore(now_s)
-        elif self.phase in ON_COURSE and keeper.finished(now_s):
-            self._fire(self._arrival(), now_s)
-
-    def _arrive_to_explore(self, now_s: float) -> None:
-        """Begin the exploration once the vehicle stands where that begins; wind may keep it from that for ever."""
-        waits = self._waits_for_vehicle()
-        if waits and self._keeper.over_s(now_s) < _ARRIVES_WITHIN_S:
-            return
-        if waits:
-            self._machine.say("it has not come to rest at the start of the exploration: going on", warning=True)
-        self._fire(self._arrival(), now_s)
-
-    def _waits_for_vehicle(self) -> bool:
-        return self.state is not None and self._keeper.waits_for(self.state)
-
-    def _arrival(self) -> Trigger:
-        """What the end of a way is: above home it must be clear below, or it lands elsewhere, or nowhere."""
-        place_m, home_m = self._machine.landing_m, self._vehicle.home_m
-        if self.phase is not Phase.RETURNING or place_m is None or home_m is None or self._landing.clear(place_m):
-            return Trigger.ARRIVED
-        return Trigger.NO_LANDING if self._landing.place(home_m, place_m) is None else Trigger.BLOCKED
-
-    def _end_exploration(self, now_s: float) -> None:
-        self._keeper.explored = True
-        trigger, course, home_m = _END_TRIGGER[self.assignment.end], self.course, self._vehicle.home_m
-        if (
-            trigger is Trigger.EXPLORED_LAND
-            and course is not None
-            and home_m is not None
-            and not self._landing.clear_at_end(course.stop_position(), home_m, self.assignment.end)
-        ):
-            self._machine.say("something stands below the end of the path: it lands at home", warning=True)
-            trigger = Trigger.EXPLORED
-        self._fire(trigger, now_s)
