@@ -39,11 +39,11 @@ from mission.executive.events import (
     Withdraw,
 )
 from mission.executive.executive import Executive
-from mission.executive.phases import ON_COURSE, STREAMING, Phase
+from mission.executive.phases import STREAMING, Phase
 from mission.flying.belief import Belief
 from mission.flying.chatter import Chatter
 from mission.flying.clock import FlightClock
-from mission.flying.flight_progress import Progress, Watcher
+from mission.flying.flight_progress import Watcher
 from mission.flying.ground_jobs import GroundJobs
 from mission.flying.home_reckoning import HomeReckoning
 from mission.flying.inbox_watch import InboxWatch
@@ -51,6 +51,7 @@ from mission.flying.last_orders import give_last_order
 from mission.flying.pushes import TakenIn
 from mission.flying.recorder import Kept, Recorder
 from mission.flying.replan_cycle import ReplanCycle
+from mission.flying.standing import Standing
 from mission.flying.streamer import Streamer
 from planner.gate import ProvenTrajectory
 from planner.problem import Problem
@@ -58,8 +59,6 @@ from sim_bridge.link.client import Link
 from sim_bridge.state import CommandDone, MissionProgress, VehicleState
 
 _WAIT_HOST_S = 0.02
-_SHOW_HOST_S = 0.25
-_NOTE_PROGRESS_S = 1.0
 
 
 class Ground(Protocol):
@@ -125,9 +124,8 @@ class FlightLoop:
         self._jobs = GroundJobs(self.tell)
         self._reckoning = HomeReckoning(lambda wanted: self._ground.find_way(wanted))
         self._chatter = Chatter()
+        self._standing = Standing(executive, recorder, watcher)
         self._interrupts = 0
-        self._shown_s = 0.0
-        self._noted_s = 0.0
         self._pushed = InboxWatch(lambda: self._ground.take_in())
         self._planned_for = belief.problem if belief is not None else None
         self._log_broken = False
@@ -213,7 +211,7 @@ class FlightLoop:
         self._act(self.executive.tick(now_s), now_s)
         self._replan(now_s)
         self._reckon_home(now_s)
-        self._show(now_s)
+        self._standing.tell(now_s, self.replans_taken)
 
     def _renew(self) -> None:
         """Tell the stream that the flight is watched, before anything is decided by where its course would be."""
@@ -291,7 +289,7 @@ class FlightLoop:
                     self._jobs.submit(seek, functools.partial(WayFound, action, None))
                 case Entered(phase, why):
                     self._recorder.write("phase", now_s, phase=phase.value, why=why)
-                    self._note_progress(now_s)
+                    self._standing.note(now_s)
                     self._watcher.say(f"{phase.value}: {why}", warning=False)
                 case Say(text, warning):
                     self._recorder.write("say", now_s, text=text, warning=warning)
@@ -387,34 +385,6 @@ class FlightLoop:
         if self.executive.exploration is not before:
             self._recorder.course(now_s, kept, "replan")
             self.replans_taken += 1
-
-    # Showing.
-
-    def _note_progress(self, now_s: float) -> None:
-        self._noted_s = now_s
-        self._recorder.write("progress", now_s, explored_s=round(self.executive.explored_s(now_s), 3))
-
-    def _show(self, now_s: float) -> None:
-        if now_s - self._noted_s >= _NOTE_PROGRESS_S:
-            self._note_progress(now_s)
-        host_s = time.monotonic()
-        if host_s - self._shown_s < _SHOW_HOST_S:
-            return
-        self._shown_s = host_s
-        executive, state = self.executive, self.executive.state
-        end_s = max(executive.exploration.end_s, 1e-9)
-        # On its way up and down the nearest thing is the ground.
-        place = np.asarray(state.position_enu_m) if state is not None and executive.phase in ON_COURSE else None
-        self._watcher.progress(
-            Progress(
-                time_s=now_s,
-                phase=executive.phase,
-                explored=min(1.0, executive.explored_s(now_s) / end_s),
-                clearance_m=float("inf") if place is None else float(executive.monitors.clearance_m(place)),
-                battery_fraction=None if state is None else state.battery_fraction,
-                replans_taken=self.replans_taken,
-            )
-        )
 
 
 def _finite(value: float) -> float | None:
