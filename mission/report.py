@@ -150,7 +150,7 @@ def _replans(log: FlightLog) -> str:
     if not rows:
         return ""
     heads = (
-        "flight time [s]",
+        "flight clock [s]",
         "replan",
         "takes over [s]",
         "solve [s]",
@@ -174,7 +174,7 @@ def _events(log: FlightLog) -> str:
     rows = [(f"{event['t']:.1f}", words_of(event)) for event in shown[:_MOST_EVENTS]]
     warnings = {index for index, event in enumerate(shown) if event.get("warning")}
     more = f'<p class="soft">… and {len(shown) - _MOST_EVENTS} more in the log</p>' if len(shown) > _MOST_EVENTS else ""
-    return "<h2>What happened</h2>" + _table(("flight time [s]", "event"), rows, numbers=1, warnings=warnings) + more
+    return "<h2>What happened</h2>" + _table(("flight clock [s]", "event"), rows, numbers=1, warnings=warnings) + more
 
 
 def _table(heads: Sequence[str], rows: Iterable[Sequence[str]], numbers: int, warnings: Iterable[int] = ()) -> str:

@@ -232,7 +232,7 @@ def draw_series(axes: dict[str, Axes], log: FlightLog, mission: Mission, problem
         axis.set_xlim(begin_s, end_s)
         axis.tick_params(labelbottom=axis is last)
         _shade_phases(axis, log)
-    last.set_xlabel("flight time [s]")
+    last.set_xlabel("flight clock [s]")
 
 
 def _speed(axis: Axes, time_s: np.ndarray, speed_mps: np.ndarray, mission: Mission, problem: Problem) -> None:
