@@ -33,7 +33,7 @@ from benchmarks.sves.flights import Flight, ergodic_metric, fly
 from planner.information import DensityGrid
 from planner.kernel_metric import KernelMetric, kernel_metric
 
-SEEDS, CANDIDATES = 4, 12
+SEEDS, CANDIDATES = 12, 12
 FLAT = (True, True, False)
 START = [10.0, 10.0, 10.0, 0.0, 0.0, 0.0, 0.0]
 

@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.sves.product import planned, square
 from benchmarks.sves.recipe import PRINTED, Recipe, length, run, start_set, world
-from benchmarks.sves.report import draw_square, print_claims, save
+from benchmarks.sves.report import draw_square, print_claims, save, times_less
 from planner.diversity import diversity
 from planner.information import uniform
 from planner.problem import MetricWeights, Options
@@ -61,7 +61,7 @@ def main() -> None:
                 "(the product's solver, at most as long)",
                 f"best E {plan.best.ergodic_metric:.6f} at length {length(paths[plan.selected]):.2f}, lawnmower "
                 f"{plan.lawnmower_ergodic_metric:.4f}, {plan.diversity.effective_plans:.1f} distinct of 12, all proven",
-                f"{corrected.metric[-1].min() / plan.best.ergodic_metric:.0f} times less",
+                times_less(corrected.metric[-1].min(), plan.best.ergodic_metric),
             ),
         ],
     )

@@ -14,7 +14,7 @@ import numpy as np
 
 from benchmarks.sves.product import planned, square
 from benchmarks.sves.recipe import ObstacleTerm, Recipe, World, deepest, length, run, start_set, world
-from benchmarks.sves.report import draw_square, print_claims, save
+from benchmarks.sves.report import draw_square, print_claims, save, times_less
 from planner.information import uniform
 from planner.problem import MetricWeights, Options
 from planner.spectral_metric import SpectralMetric
@@ -84,7 +84,7 @@ def main() -> None:
                 "(the product's solver, at most as long)",
                 f"{proven} of 12 proven clear in continuous time; best E {plan.best.ergodic_metric:.5f}, lawnmower "
                 f"around the trees {plan.lawnmower_ergodic_metric:.4f}; {plan.diversity.effective_plans:.1f} distinct",
-                f"{corrected.metric[-1].min() / plan.best.ergodic_metric:.0f} times less",
+                times_less(corrected.metric[-1].min(), plan.best.ergodic_metric),
             ),
         ],
     )

@@ -14,11 +14,19 @@ from benchmarks import claims
 
 FIGURES = pathlib.Path(__file__).parent / "figures"
 PATHS_DRAWN = 6
+MOST_TIMES = 1000.0
+"""How many times less is told of a metric; it can get as small as rounding."""
 
 
 def print_claims(figure: int, title: str, rows: Sequence[tuple[str, str, str]]) -> None:
     """One block of text: what the paper says, what is found, and whether that agrees."""
     claims.print_claims(f"SVES figure {figure}: {title}", rows)
+
+
+def times_less(recipe: float, product: float) -> str:
+    """How much lower the product's E is than the recipe's."""
+    times = recipe / product
+    return f"more than {MOST_TIMES:.0f} times less" if times > MOST_TIMES else f"{times:.0f} times less"
 
 
 def save(figure: Figure, name: str) -> None:
