@@ -52,7 +52,7 @@ class Assignment:
 
     Attributes:
         exploration: The proven curve; its start is reached by a proven way after take-off.
-        takeoff_altitude_m: Height above home of the end of the climb.
+        takeoff_altitude_m: Height of the end of the climb above where the vehicle stands.
         end: What happens after the exploration.
         method: How the curve is flown.
         max_acceleration_mps2: What braking may use.

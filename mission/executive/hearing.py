@@ -157,10 +157,8 @@ class Hearing:
         """Go on from the take-off, if it is done; PX4 then holds, which anywhere else is somebody else's doing."""
         if self._phase is not Phase.TAKING_OFF or self._machine.stay.lasted_s(now_s) <= STREAM_FIRST_S:
             return False
-        home_m = self._vehicle.home_m
-        ground_up_m = home_m[2] if home_m is not None else 0.0
-        height_m = self._assignment.takeoff_altitude_m
-        if not readings.at_altitude(state, self._vehicle.mode_before, ground_up_m, height_m):
+        height_m, before = self._assignment.takeoff_altitude_m, self._vehicle.mode_before
+        if not any(readings.at_altitude(state, before, up_m, height_m) for up_m in self._vehicle.grounds_up_m()):
             return False
         by_mission = self._assignment.method is FlightMethod.MISSION
         return self._fire(Trigger.AT_ALTITUDE_MISSION if by_mission else Trigger.AT_ALTITUDE, now_s)

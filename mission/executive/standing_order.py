@@ -22,7 +22,7 @@ class StandingOrder:
     """What the vehicle is asked for in the present phase.
 
     Args:
-        takeoff_altitude_m: Height above home of the end of the climb.
+        takeoff_altitude_m: Height of the end of the climb above where the vehicle stands.
         patience: Flight seconds a host second, for answers that take the host's time.
     """
 

@@ -43,7 +43,7 @@ class Flight(Section):
     clearance_margin_m: Annotated[float, Field(ge=0.0, le=1000.0)] = 1.0
     """Least distance from the vehicle's hull to every obstacle."""
     takeoff_altitude_m: Annotated[float | None, Field(gt=0.0, le=10_000.0, examples=[30.0])] = None
-    """Height above home to climb to before flying to the start; absent: the start's."""
+    """Height to climb to, above where the vehicle stands, before flying to the start; absent: the start's."""
     stream_rate_hz: Annotated[float, Field(ge=4.0, le=200.0)] = 20.0
     """Setpoints a second; PX4 leaves Offboard below 2 Hz."""
     mode: Literal["offboard", "mission"] = "offboard"

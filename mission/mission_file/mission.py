@@ -52,7 +52,7 @@ class Mission(Section):
 
     @property
     def takeoff_altitude_m(self) -> float:
-        """Height above home to climb to before flying to the start."""
+        """Height above where the vehicle stands to climb to before flying to the start."""
         if self.flight.takeoff_altitude_m is not None:
             return self.flight.takeoff_altitude_m
         return self.planner.start_enu_m[2] - self.home_enu_m[2]

@@ -204,7 +204,7 @@ class Link:
 
         Args:
             command: What to do.
-            altitude_m: Height above home, for a take-off.
+            altitude_m: Height above where it stands, for a take-off.
 
         Raises:
             LinkError: The vehicle has not been heard yet.

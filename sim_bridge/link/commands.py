@@ -85,7 +85,7 @@ class Commands:
 
         Args:
             command: What to do.
-            altitude_m: Height above home, for a take-off.
+            altitude_m: Height above where it stands, for a take-off.
         """
         self._orders.put((command, altitude_m))
 
@@ -157,7 +157,7 @@ class Commands:
                 self._action.disarm()
             case Command.TAKE_OFF:
                 if altitude_m is None:
-                    raise LinkError("a take-off needs a height above home")
+                    raise LinkError("a take-off needs a height")
                 self._take_off(altitude_m)
             case Command.FOLLOW_SETPOINTS:
                 self._offboard.start()
@@ -190,12 +190,13 @@ class Commands:
     def _take_off(self, altitude_m: float) -> None:
         match self._autopilot:
             case Autopilot.PX4:
-                # Above sea level; no position: where it stands.
-                home = self._telemetry.home
-                if home is None:
-                    raise LinkError("the vehicle has not told the altitude of its home")
-                self._command_long(mavlink.MAV_CMD_NAV_TAKEOFF, *(None,) * 6, home.altitude_amsl_m + altitude_m)
+                # Above sea level; no position: where it stands. What is known of home may be from before it armed.
+                stands_amsl_m = self._telemetry.altitude_amsl_m
+                if stands_amsl_m is None:
+                    raise LinkError("the vehicle has not told its altitude")
+                self._command_long(mavlink.MAV_CMD_NAV_TAKEOFF, *(None,) * 6, stands_amsl_m + altitude_m)
             case Autopilot.ARDUPILOT:
+                # Above home, which is where it stood when it armed.
                 self._command_long(mavlink.MAV_CMD_NAV_TAKEOFF, *(0.0,) * 6, altitude_m)
 
     def _start_mission(self) -> None:

@@ -123,6 +123,13 @@ class Telemetry:
                 pass
         return []
 
+    @property
+    def altitude_amsl_m(self) -> float | None:
+        """How high the vehicle is by its own estimate; None: it has not told."""
+        if self.origin is None or self._position is None:
+            return None
+        return self.origin.altitude_amsl_m - self._position[1][2]
+
     def waiting_for(self) -> tuple[str, ...]:
         """What is not known yet, or keeps the vehicle from arming, in words."""
         missing = []

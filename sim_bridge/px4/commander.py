@@ -272,7 +272,10 @@ class Commander:
         if not self._body.on_ground:
             took_off = not self._flew
             self._flew, self._landed_s = True, None
-            return self.inform("Takeoff detected") if took_off else []
+            if not took_off:
+                return []
+            self._body.set_home()
+            return self.inform("Takeoff detected")
         wait_s = self._parameters["COM_DISARM_LAND" if self._flew else "COM_DISARM_PRFLT"]
         if not self._flew:
             idle = wait_s > 0.0 and self.now_s - self._armed_s > wait_s

@@ -73,6 +73,8 @@ class Vehicle:
         self.refuse: dict[Command, list[str]] = {}
         self.ready_after_s = 3.0
         self.target_up = 0.0
+        self.home_up_m = 0.0
+        self.home_up_aloft_m: float | None = None
         self.silent = False
         self.orders: list[Command] = []
 
@@ -108,6 +110,8 @@ class Vehicle:
 
     def step(self, setpoint, now_s: float) -> None:
         before = self.position.copy()
+        if self.home_up_aloft_m is not None and self.position[2] > 0.05:
+            self.home_up_m = self.home_up_aloft_m
         if self.armed:
             self.battery -= self.drain_per_s * STEP_S
             match self.mode:
@@ -143,7 +147,7 @@ class Vehicle:
             battery_fraction=round(self.battery, 2),
             waiting_for=() if now_s > self.ready_after_s else ("its pre-arm checks",),
             failsafe=self.failsafe,
-            home_enu_m=(0.0, 0.0, 0.0),
+            home_enu_m=(0.0, 0.0, self.home_up_m),
         )
 
 

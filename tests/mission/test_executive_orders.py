@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from mission.executive.events import Operator
+from mission.executive.events import FlightMethod, Operator
 from mission.executive.phases import Phase
 from sim_bridge.state import Command, FlightMode
 from tests.mission.rehearsed_flight import Flight
@@ -36,6 +36,15 @@ def test_a_take_off_that_does_not_reach_its_height_ends_in_a_landing():
     assert Command.FOLLOW_SETPOINTS not in flight.vehicle.orders
     assert flight.run().phase is Phase.LANDED
     assert not flight.executive.explored
+
+
+@pytest.mark.parametrize("method", FlightMethod)
+def test_a_climb_is_done_where_it_was_asked_for_though_home_moves_meanwhile(method):
+    flight = Flight(method=method)
+    # PX4 moves its home as it leaves the ground; its estimate of the height may have drifted since it set it last.
+    flight.vehicle.home_up_m, flight.vehicle.home_up_aloft_m = -1.5, 2.5
+    flight.run_to(Phase.ENTERING if method is FlightMethod.OFFBOARD else Phase.AUTO_MISSION)
+    assert flight.vehicle.position[2] == 10.0
 
 
 def test_a_take_off_that_is_refused_disarms_and_aborts():

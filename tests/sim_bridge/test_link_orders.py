@@ -6,11 +6,14 @@ from types import SimpleNamespace
 import pytest
 
 from sim_bridge.dialects import Autopilot
+from sim_bridge.frames import VehicleFrame
 from sim_bridge.link import commands
 from sim_bridge.link.client import Link
 from sim_bridge.link.inbox import Inbox
+from sim_bridge.link.telemetry import Telemetry
 from sim_bridge.state import Command, CommandDone, GeodeticPoint
 from tests.sim_bridge.test_link_answers import Hesitating, mavlink
+from tests.sim_bridge.vehicle_messages import ORIGIN, complete, home, position
 
 
 def test_a_withdrawn_command_is_never_given(monkeypatch):
@@ -40,6 +43,33 @@ def test_a_withdrawn_command_is_never_given(monkeypatch):
         go_on.set()
         orders.close()
     assert given == [Command.TAKE_OFF, Command.LAND]
+
+
+@pytest.mark.parametrize(
+    # An altitude above sea level, or a height above where it armed.
+    ("autopilot", "altitude_m"),
+    [(Autopilot.PX4, 488.0 - 0.5 + 12.0), (Autopilot.ARDUPILOT, 12.0)],
+)
+def test_a_climb_counts_from_where_the_vehicle_stands_and_not_from_an_old_home(monkeypatch, autopilot, altitude_m):
+    sent = []
+    telemetry = Telemetry(VehicleFrame(ORIGIN))
+    complete(telemetry)
+    telemetry.receive(position(2000, 3.0, 4.0, 0.5))
+    # From before its estimate drifted.
+    telemetry.receive(home(486.0))
+    telemetry.autopilot = autopilot
+    monkeypatch.setattr(commands, "Action", lambda _: None)
+    monkeypatch.setattr(commands, "MavlinkDirect", lambda _: None)
+    monkeypatch.setattr(commands.Commands, "_ask_for_streams", lambda _: None)
+    monkeypatch.setattr(commands.Commands, "_command_long", lambda _, *params: sent.append(params))
+    orders = commands.Commands(None, 1, None, telemetry, Inbox())  # pyright: ignore[reportArgumentType]
+    try:
+        orders._take_off(12.0)
+    finally:
+        orders.close()
+    ((command, *params),) = sent
+    assert command == mavlink.MAV_CMD_NAV_TAKEOFF
+    assert params[-1] == pytest.approx(altitude_m)
 
 
 @pytest.mark.parametrize(("results", "answered"), [((), False), ((mavlink.MAV_RESULT_DENIED,), True)])

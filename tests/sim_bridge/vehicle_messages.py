@@ -20,11 +20,16 @@ def position(time_ms: int, x: float = 0.0, y: float = 0.0, z: float = 0.0):
     return mavlink.MAVLink_local_position_ned_message(time_ms, x, y, z, 1.0, 2.0, 3.0)
 
 
+def home(altitude_amsl_m: float):
+    millimetres = round(1e3 * altitude_amsl_m)
+    return mavlink.MAVLink_home_position_message(473977000, 85456000, millimetres, 0, 0, 0, [1, 0, 0, 0], 0, 0, 0)
+
+
 def complete(telemetry: Telemetry) -> None:
     for message in (
         heartbeat(),
         mavlink.MAVLink_gps_global_origin_message(473977000, 85456000, 488000),
-        mavlink.MAVLink_home_position_message(473977000, 85456000, 489500, 0, 0, 0, [1, 0, 0, 0], 0, 0, 0),
+        home(489.5),
         mavlink.MAVLink_attitude_message(900, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0),
         mavlink.MAVLink_sys_status_message(READY_BIT, READY_BIT, READY_BIT, 0, 16000, 0, 77, 0, 0, 0, 0, 0, 0),
         mavlink.MAVLink_extended_sys_state_message(0, 2),
