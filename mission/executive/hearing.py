@@ -157,8 +157,9 @@ class Hearing:
         """Go on from the take-off, if it is done; PX4 then holds, which anywhere else is somebody else's doing."""
         if self._phase is not Phase.TAKING_OFF or self._machine.stay.lasted_s(now_s) <= STREAM_FIRST_S:
             return False
-        height_m, before = self._assignment.takeoff_altitude_m, self._vehicle.mode_before
-        if not any(readings.at_altitude(state, before, up_m, height_m) for up_m in self._vehicle.grounds_up_m()):
+        # From where it stood, as it was asked for: PX4 moves home as it arms and again as it leaves the ground.
+        ground_up_m, height_m = self._vehicle.stood_up_m, self._assignment.takeoff_altitude_m
+        if not readings.at_altitude(state, self._vehicle.mode_before, ground_up_m, height_m):
             return False
         by_mission = self._assignment.method is FlightMethod.MISSION
         return self._fire(Trigger.AT_ALTITUDE_MISSION if by_mission else Trigger.AT_ALTITUDE, now_s)

@@ -22,7 +22,8 @@ class KnownVehicle:
         self.heard_s: float | None = None
         self.mode_before = FlightMode.OTHER
         self.home_m: Vector | None = None
-        self._stood_up_m: float | None = None
+        # Height at which it last stood, mission frame: it is heard to stand before it takes off.
+        self.stood_up_m = 0.0
         self.consumption: Consumption | None = None
 
     @property
@@ -56,7 +57,7 @@ class KnownVehicle:
         elif self._grounded_since_s is None:
             self._grounded_since_s = now_s
         if self.down:
-            self._stood_up_m = state.position_enu_m[2]
+            self.stood_up_m = state.position_enu_m[2]
         if state.home_enu_m is not None:
             self.home_m = state.home_enu_m
         elif phase is Phase.ARMING and not state.armed:
@@ -67,15 +68,6 @@ class KnownVehicle:
             return
         consumption = self.consumption or Consumption.begin(told, now_s, self._energy)
         self.consumption = consumption.observed(told, now_s, self._energy)
-
-    def grounds_up_m(self) -> list[float]:
-        """Heights that its climb may count from, mission frame: where it stood, and home.
-
-        PX4 moves home to where it is when it arms and again as it leaves the ground, when the end of the climb was
-        given already; what its estimate drifted since the last time makes a metre of difference.
-        """
-        known = [] if self._stood_up_m is None else [self._stood_up_m]
-        return known if self.home_m is None else [*known, self.home_m[2]]
 
     def grounded_s(self, now_s: float) -> float:
         """How long it has been on the ground without a break, flight seconds."""

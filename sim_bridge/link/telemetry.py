@@ -9,7 +9,7 @@ os.environ.setdefault("MAVLINK20", "1")
 from pymavlink.dialects.v20 import common as mavlink
 
 from sim_bridge.dialects import Autopilot, flight_mode
-from sim_bridge.frames import VehicleFrame, enu_from_ned, yaw_ned_from_enu
+from sim_bridge.frames import VehicleFrame, enu_from_ned, geodetic_from_local_ned, yaw_ned_from_enu
 from sim_bridge.link.charge import Charge
 from sim_bridge.link.status_texts import StatusTexts
 from sim_bridge.state import (
@@ -126,9 +126,9 @@ class Telemetry:
     @property
     def altitude_amsl_m(self) -> float | None:
         """How high the vehicle is by its own estimate; None: it has not told."""
-        if self.origin is None or self._position is None:
+        if self.origin is None or self.autopilot is None or self._position is None:
             return None
-        return self.origin.altitude_amsl_m - self._position[1][2]
+        return geodetic_from_local_ned(self.autopilot, self._position[1], self.origin).altitude_amsl_m
 
     def waiting_for(self) -> tuple[str, ...]:
         """What is not known yet, or keeps the vehicle from arming, in words."""
