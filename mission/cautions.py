@@ -76,7 +76,8 @@ def _about_the_raster(mission: Mission) -> list[str]:
         )
     if cut > MOST_CUT:
         said.append(
-            f"{100.0 * cut:.2g} % of the weight in {information.raster.name} lies outside the box and is cut off"
+            f"{100.0 * cut:.2g} % of the weight in {information.raster.name} lies outside the box and is cut off; "
+            "probabilities of finding are of the rest alone"
         )
     return said
 
