@@ -6,9 +6,9 @@ One jit an entry point; shapes are static, so problems of similar size share the
 from __future__ import annotations
 
 import dataclasses
+import functools
 from collections.abc import Callable, Iterable
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -19,9 +19,8 @@ from planner.priors import Prior
 from planner.problem import Kernel
 from planner.scene import Scene
 
-STEIN_STEPS = 20
-STEIN_STEPS_AT_ONCE = 10
-LONGEST_STEIN_STEP_UNIT = 0.06
+STEIN_STEPS = 6
+LONGEST_STEIN_STEP_UNIT = 0.12
 # The Stein phase may cut corners; the polish makes them good.
 STEIN_PENALTY = 0.1
 
@@ -57,18 +56,16 @@ def explored(
     Returns:
         The candidates and the steps taken.
     """
-    smooth, begins = jnp.asarray(stein.smoother(particles.shape[1])), jnp.asarray(particles, jnp.float32)
-    state, reference = _begin_exploring(scene, begins, jax.random.key(seed))
+    smooth, state = stein.smoother(particles.shape[1]), _begin_exploring(particles, jax.random.key(seed))
+    begins = state.particles
     for steps in portions:
-        state = jax.block_until_ready(
-            _explore(scene, state, reference, smooth, kernel, begins, prior, jnp.int32(steps))
-        )
+        state = jax.block_until_ready(_explore(scene, state, begins, smooth, kernel, prior, np.int32(steps)))
     return np.asarray(state.particles), int(state.index)
 
 
 def parted(particles: Particles, seed: int) -> Particles:
     """The set with candidates that coincide moved apart: polished each on its own, they would end alike."""
-    return np.asarray(_parted(jnp.asarray(particles, jnp.float32), jax.random.key(seed)))
+    return np.asarray(_begin_exploring(particles, jax.random.key(seed)).particles)
 
 
 def polished(
@@ -88,57 +85,50 @@ def polished(
     Returns:
         The candidates and the steps taken.
     """
-    state = _begin(scene, jnp.asarray(particles, jnp.float32))
+    state = _begin(scene, np.asarray(particles, np.float32))
     steps = 0
     for one in rounds:
-        state, info = _round(scene, state, jnp.float32(one.penalty), jnp.int32(one.steps))
+        state, info = _round(scene, state, np.float32(one.penalty), np.int32(one.steps))
         steps += one.steps
         metrics = np.asarray(info.ergodic_metric)
         after_round(float(metrics[np.isfinite(metrics)].min(initial=np.inf)))
     return np.asarray(state.free), steps
 
 
-@eqx.filter_jit
-def _parted(particles: Float[Array, "particle free axis"], key: Array) -> Float[Array, "particle free axis"]:
-    return stein.separated(particles, key)
+@jax.jit
+def _begin_exploring(particles: Particles, key: Array) -> stein.State:
+    return stein.init(stein.separated(jnp.asarray(particles, jnp.float32), key))
 
 
-@eqx.filter_jit
-def _begin_exploring(
-    scene: Scene, particles: Float[Array, "particle free axis"], key: Array
-) -> tuple[stein.State, Float[Array, "particle"]]:
-    reference = jax.vmap(lambda free: augmented_lagrangian.reference_of(scene, free))(particles)
-    return stein.init(stein.separated(particles, key)), reference
-
-
-@eqx.filter_jit
+@functools.partial(jax.jit, static_argnames="kernel")
 def _explore(
     scene: Scene,
     state: stein.State,
-    reference: Float[Array, "particle"],
-    smooth: Array,
-    kernel: Kernel,
     begins: Float[Array, "particle free axis"],
+    smooth: Float[Array, "free free"],
+    kernel: Kernel,
     prior: Prior | None,
     steps: Int[Array, ""],
 ) -> stein.State:
+    references = jax.vmap(lambda free: augmented_lagrangian.reference_of(scene, free))(begins)
+
     def log_posterior(free: Array, reference: Array, begin: Array) -> Array:
         likelihood = -augmented_lagrangian.penalised(scene, free, reference, STEIN_PENALTY)
         return likelihood if prior is None else likelihood + prior.log_density(free - begin)
 
     def step(_: Int[Array, ""], state: stein.State) -> stein.State:
-        scores = jax.vmap(jax.grad(log_posterior))(state.particles, reference, begins)
+        scores = jax.vmap(jax.grad(log_posterior))(state.particles, references, begins)
         return stein.step(state, scores, kernel, smooth, STEIN_STEPS, LONGEST_STEIN_STEP_UNIT, wraps=scene.has_headings)
 
     return jax.lax.fori_loop(0, steps, step, state)
 
 
-@eqx.filter_jit
+@jax.jit
 def _begin(scene: Scene, particles: Float[Array, "particle free axis"]) -> augmented_lagrangian.State:
     return jax.vmap(lambda free: augmented_lagrangian.init(scene, free))(particles)
 
 
-@eqx.filter_jit
+@jax.jit
 def _round(
     scene: Scene, states: augmented_lagrangian.State, penalty: Float[Array, ""], inner_steps: Int[Array, ""]
 ) -> tuple[augmented_lagrangian.State, augmented_lagrangian.Info]:

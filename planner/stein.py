@@ -19,6 +19,8 @@ Departures from the paper:
 
 from __future__ import annotations
 
+import functools
+
 import equinox as eqx
 import jax
 import jax.numpy as jnp
@@ -58,6 +60,7 @@ def fading(progress: Float[Array, ""]) -> Float[Array, ""]:
     return 0.5 * (1.0 + jnp.cos(jnp.pi * jnp.minimum(progress / REPULSION_SHARE, 1.0)))
 
 
+@functools.cache
 def smoother(knots: int) -> Float[np.ndarray, "knot knot"]:
     """(I + αD₂ᵀD₂)⁻¹ over time."""
     second = np.diff(np.eye(knots), n=2, axis=0)
@@ -145,9 +148,15 @@ def separated(
     particles: Float[Array, "particle knot axis"], key: Array, distance_unit: float = 1e-3
 ) -> Float[Array, "particle knot axis"]:
     """The same set with candidates that coincide moved apart: coincident particles never part by themselves."""
-    count = particles.shape[0]
-    gap = jnp.sqrt(jnp.mean(jnp.sum((particles[:, None] - particles[None]) ** 2, axis=-1), axis=-1))
+    count, knots, _ = particles.shape
+    flat = particles.reshape(count, -1)
+    gap = jnp.sqrt(jnp.sum((flat[:, None] - flat[None]) ** 2, axis=-1) / knots)
     earlier = jnp.tril(jnp.ones((count, count), bool), k=-1)
     doubled = jnp.any(earlier & (gap < distance_unit), axis=1)
-    noise = 10.0 * distance_unit * jax.random.normal(key, particles.shape)
-    return jnp.where(doubled[:, None, None], particles + noise, particles)
+
+    def moved_apart() -> Float[Array, "particle knot axis"]:
+        noise = 10.0 * distance_unit * jax.random.normal(key, particles.shape)
+        return jnp.where(doubled[:, None, None], particles + noise, particles)
+
+    # Random numbers take as long as half a step, and few sets need them.
+    return jax.lax.cond(jnp.any(doubled), moved_apart, lambda: particles)
