@@ -39,7 +39,7 @@ STEP_SIZE = 0.5
 REPEATS = 25
 
 RACES = 5
-TURNS = 3
+TURNS = 11
 
 
 def step_against_blackjax() -> None:
@@ -158,7 +158,7 @@ def seconds_to(race: Race, draw: Callable[[], Particles], target: float, stein_s
     rounds = rounds_to(race, begun(), target)
     if rounds is None:
         return float("nan")
-    return seconds_of(lambda: polished(race.scene, begun(), rounds, lambda _: None))
+    return seconds_of(lambda: polished(race.scene, begun(), rounds, lambda _: None), TURNS)
 
 
 @jax.jit
@@ -184,9 +184,8 @@ def time_to_plain_svgd() -> None:
         for seed in range(-1, RACES):
             start = random_set(metric, axes, max(seed, 0))
             plain = np.asarray(plain_svgd(metric, start, axes))
-            plain_s, autodiff_s = (
-                seconds_of(functools.partial(plain_svgd, metric, start, axes, autodiff=one)) for one in (False, True)
-            )
+            plain_s = seconds_of(functools.partial(plain_svgd, metric, start, axes), TURNS)
+            autodiff_s = seconds_of(functools.partial(plain_svgd, metric, start, axes, autodiff=True), 1)
             figures = [float(metric(jnp.clip(path, 0.0, 1.0), jnp.full(SAMPLES, 1.0 / SAMPLES))) for path in plain]
             best = int(np.argmin(figures))
             length = float(np.linalg.norm(np.diff(plain[best, :, :axes], axis=0), axis=1).sum())
@@ -205,10 +204,10 @@ def time_to_plain_svgd() -> None:
         print(f"| {name} | {length:.1f} | {target:.4f} | {plain_s:.2f} s | {autodiff_s:.2f} s | {cells} |", flush=True)
 
 
-def seconds_of(call: Callable[[], object]) -> float:
-    """Median seconds of a few calls, until their results are there."""
+def seconds_of(call: Callable[[], object], turns: int) -> float:
+    """Median seconds of so many calls, until their results are there."""
     spent_s = []
-    for _ in range(TURNS):
+    for _ in range(turns):
         started_s = time.perf_counter()
         jax.block_until_ready(call())
         spent_s.append(time.perf_counter() - started_s)
