@@ -19,8 +19,8 @@ from planner.priors import Prior
 from planner.problem import Kernel
 from planner.scene import Scene
 
-STEIN_STEPS = 6
-LONGEST_STEIN_STEP_UNIT = 0.12
+STEIN_STEPS = 8
+LONGEST_STEIN_STEP_UNIT = 0.1
 # The Stein phase may cut corners; the polish makes them good.
 STEIN_PENALTY = 0.1
 
