@@ -309,7 +309,9 @@ def test_a_mission_with_explored_headings_is_planned_and_flown(mission_file, tmp
     # The vehicle turned all round, as it was planned, and so covered what was planned.
     assert np.ptp(np.unwrap(log.yaw_rad[exploring])) > 2.0 * np.pi
     told_s = np.interp(log.time_s[exploring], log.setpoint_s, log.setpoint_curve_s)
-    assert np.median(apart(log.yaw_rad[exploring], heading_of(plan.curve(), told_s))) < 0.15
+    # A message is some hundredths of a second on its way: at this speed the nose turns on meanwhile.
+    late_rad = 0.03 * SPEED * plan.limits.max_yaw_rate_radps
+    assert np.median(apart(log.yaw_rad[exploring], heading_of(plan.curve(), told_s))) < late_rad
     assert summary["ergodic_metric"] == pytest.approx(plan.metric.ergodic_metric, rel=0.3)
 
 
