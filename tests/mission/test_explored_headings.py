@@ -297,7 +297,8 @@ def test_an_interrupted_flight_is_flown_on_with_the_heading_that_was_planned(pla
 
 def test_a_mission_with_explored_headings_is_planned_and_flown(mission_file, tmp_path):
     folder = tmp_path / "flight"
-    arguments = ["fly", str(mission_file), "--speed", str(SPEED), "--out", str(folder), "--json"]
+    # It turns nearly as fast as it may: at 20× it would have turned on by a fifth of a radian when it hears where to look.
+    arguments = ["fly", str(mission_file), "--speed", "6", "--out", str(folder), "--json"]
     result = CliRunner().invoke(app, [*arguments, "--set", "planner.time_limit_s=5"])
     assert result.exit_code == 0, result.stderr
     summary = json.loads(result.stdout)
@@ -309,9 +310,7 @@ def test_a_mission_with_explored_headings_is_planned_and_flown(mission_file, tmp
     # The vehicle turned all round, as it was planned, and so covered what was planned.
     assert np.ptp(np.unwrap(log.yaw_rad[exploring])) > 2.0 * np.pi
     told_s = np.interp(log.time_s[exploring], log.setpoint_s, log.setpoint_curve_s)
-    # A message is some hundredths of a second on its way: at this speed the nose turns on meanwhile.
-    late_rad = 0.03 * SPEED * plan.limits.max_yaw_rate_radps
-    assert np.median(apart(log.yaw_rad[exploring], heading_of(plan.curve(), told_s))) < late_rad
+    assert np.median(apart(log.yaw_rad[exploring], heading_of(plan.curve(), told_s))) < 0.15
     assert summary["ergodic_metric"] == pytest.approx(plan.metric.ergodic_metric, rel=0.3)
 
 
