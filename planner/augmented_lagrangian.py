@@ -71,8 +71,8 @@ def init(scene: Scene, free: Float[Array, "free axis"]) -> State:
 
 
 def reference_of(scene: Scene, free: Float[Array, "free axis"]) -> Float[Array, ""]:
-    """E_ref to begin with: that of the control points, as only its size counts."""
-    return jnp.maximum(scene.ergodic_metric(scene.control_points(free)), SMALLEST_METRIC)
+    """E_ref to begin with."""
+    return jnp.maximum(scene.ergodic_metric(scene.positions(scene.control_points(free))), SMALLEST_METRIC)
 
 
 def penalised(
