@@ -57,6 +57,7 @@ REPULSION = 0.3
 LONGEST_STEP = 0.2
 SHORTEST_STEP = 0.002
 LONGEST_STEIN_STEP = 0.02
+SHORTEST_STEIN_STEP = 0.001
 
 SMALLEST_METRIC = 1e-7
 
@@ -263,12 +264,13 @@ def step(
         return task.prior.log_density(2.0 * cube - 1.0) - task.inverse_temperature * cost
 
     smooth = jnp.asarray(stein.smoother(horizon))
+    annealing = stein.Annealing(task.iterations, LONGEST_STEIN_STEP, SHORTEST_STEIN_STEP)
 
     def body(inner: stein.State, _: None) -> tuple[stein.State, None]:
         score = jax.vmap(jax.grad(log_posterior))(inner.particles)
         match task.transport:
             case Transport.STEIN:
-                return stein.step(inner, score, task.kernel, smooth, task.iterations, LONGEST_STEIN_STEP), None
+                return stein.step(inner, score, task.kernel, smooth, annealing), None
             case Transport.OWN_SCORE:
                 return own_score_step(inner, score, task.kernel, smooth, task.iterations), None
 
@@ -300,12 +302,12 @@ def own_score_step(
     steps: int,
 ) -> stein.State:
     """One annealed step of `steps`: own scores at unit length, repulsion that fades, momentum as in `planner.stein`."""
-    progress = state.index / steps
+    annealing = stein.Annealing(steps, LONGEST_STEP, SHORTEST_STEP)
     _, repulsion = kernel_terms(kernel, state.particles)
     pull = score / jnp.maximum(_norms(score), 1e-20)
     away = repulsion / jnp.maximum(jnp.max(_norms(repulsion)), 1e-12)
-    along = pull + REPULSION * stein.fading(progress) * away
-    return stein.moved(state, along, smooth, progress, LONGEST_STEP, SHORTEST_STEP)
+    along = pull + REPULSION * stein.fading(annealing.progress(state.index)) * away
+    return stein.moved(state, along, smooth, annealing)
 
 
 def with_memory(

@@ -10,7 +10,6 @@ import functools
 from collections.abc import Callable, Iterable
 
 import jax
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
@@ -19,8 +18,9 @@ from planner.priors import Prior
 from planner.problem import Kernel
 from planner.scene import Scene
 
+# Short last steps would move nothing that the polish does not move better.
 STEIN_STEPS = 8
-LONGEST_STEIN_STEP_UNIT = 0.1
+STEIN_ANNEALING = stein.Annealing(STEIN_STEPS, 0.1, 0.003)
 # The Stein phase may cut corners; the polish makes them good.
 STEIN_PENALTY = 0.1
 
@@ -56,7 +56,8 @@ def explored(
     Returns:
         The candidates and the steps taken.
     """
-    smooth, state = stein.smoother(particles.shape[1]), _begin_exploring(particles, jax.random.key(seed))
+    smooth = stein.smoother(particles.shape[1])
+    state = _begin_exploring(np.asarray(particles, np.float32), np.int32(seed))
     begins = state.particles
     for steps in portions:
         state = jax.block_until_ready(_explore(scene, state, begins, smooth, kernel, prior, np.int32(steps)))
@@ -65,7 +66,7 @@ def explored(
 
 def parted(particles: Particles, seed: int) -> Particles:
     """The set with candidates that coincide moved apart: polished each on its own, they would end alike."""
-    return np.asarray(_begin_exploring(particles, jax.random.key(seed)).particles)
+    return np.asarray(_begin_exploring(np.asarray(particles, np.float32), np.int32(seed)).particles)
 
 
 def polished(
@@ -96,8 +97,8 @@ def polished(
 
 
 @jax.jit
-def _begin_exploring(particles: Particles, key: Array) -> stein.State:
-    return stein.init(stein.separated(jnp.asarray(particles, jnp.float32), key))
+def _begin_exploring(particles: Float[Array, "particle free axis"], seed: Int[Array, ""]) -> stein.State:
+    return stein.init(stein.separated(particles, jax.random.key(seed)))
 
 
 @functools.partial(jax.jit, static_argnames="kernel")
@@ -118,7 +119,7 @@ def _explore(
 
     def step(_: Int[Array, ""], state: stein.State) -> stein.State:
         scores = jax.vmap(jax.grad(log_posterior))(state.particles, references, begins)
-        return stein.step(state, scores, kernel, smooth, STEIN_STEPS, LONGEST_STEIN_STEP_UNIT, wraps=scene.has_headings)
+        return stein.step(state, scores, kernel, smooth, STEIN_ANNEALING, wraps=scene.has_headings)
 
     return jax.lax.fori_loop(0, steps, step, state)
 

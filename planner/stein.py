@@ -19,6 +19,7 @@ Departures from the paper:
 
 from __future__ import annotations
 
+import dataclasses
 import functools
 
 import equinox as eqx
@@ -32,8 +33,30 @@ from planner.problem import Kernel
 
 MOMENTUM = 0.8
 SMOOTHING = 4.0
-SHORTEST_STEP_UNIT = 0.001
 REPULSION_SHARE = 0.75
+
+
+@dataclasses.dataclass(frozen=True)
+class Annealing:
+    """How long the steps of a set are: geometrically from the first to the last.
+
+    Attributes:
+        steps: How many.
+        longest_unit: How far the first moves the knot that it moves farthest.
+        shortest_unit: The same of the last.
+    """
+
+    steps: int
+    longest_unit: float
+    shortest_unit: float
+
+    def progress(self, index: Int[Array, ""]) -> Float[Array, ""]:
+        """Share of the steps that are taken before one, 0 … 1."""
+        return index / self.steps
+
+    def length_unit(self, index: Int[Array, ""]) -> Float[Array, ""]:
+        """How far a step moves the knot that it moves farthest."""
+        return self.shortest_unit * (self.longest_unit / self.shortest_unit) ** (1.0 - self.progress(index))
 
 
 class State(eqx.Module):
@@ -72,8 +95,7 @@ def step(
     score: Float[Array, "particle knot axis"],
     kernel: Kernel,
     smooth: Float[Array, "knot knot"],
-    steps: int,
-    longest_unit: float,
+    annealing: Annealing,
     *,
     wraps: bool = False,
 ) -> State:
@@ -84,8 +106,7 @@ def step(
         score: ∇log p of each candidate.
         kernel: How they share scores and repel each other.
         smooth: `smoother` of as many knots.
-        steps: After how many the annealing is over.
-        longest_unit: How far the first moves the knot that it moves farthest; the last moves it `SHORTEST_STEP_UNIT`.
+        annealing: How long this and the other steps are.
         wraps: Whether the last axis is a heading, in turns, which may turn as far as it likes.
     """
     # A score without numbers would spread to the whole set.
@@ -94,18 +115,15 @@ def step(
     pull = jnp.einsum("ij,ikd->jkd", gram, score)
     # Scores have no common scale (E is divided by its own size), so repulsion is measured against them.
     strength = jnp.linalg.norm(pull) / jnp.maximum(jnp.linalg.norm(away), 1e-12)
-    progress = state.index / steps
-    along = pull + fading(progress) * strength * away
-    return moved(state, along, smooth, progress, longest_unit, SHORTEST_STEP_UNIT, wraps=wraps)
+    along = pull + fading(annealing.progress(state.index)) * strength * away
+    return moved(state, along, smooth, annealing, wraps=wraps)
 
 
 def moved(
     state: State,
     along: Float[Array, "particle knot axis"],
     smooth: Float[Array, "knot knot"],
-    progress: Float[Array, ""],
-    longest_unit: float,
-    shortest_unit: float,
+    annealing: Annealing,
     *,
     wraps: bool = False,
 ) -> State:
@@ -115,15 +133,12 @@ def moved(
         state: The set.
         along: Where to; its length does not count.
         smooth: `smoother` of as many knots.
-        progress: Share of the steps that were taken.
-        longest_unit: How far the first step moves the knot that it moves farthest.
-        shortest_unit: The same of the last.
+        annealing: How long this and the other steps are.
         wraps: Whether the last axis is a heading, in turns, which may turn as far as it likes.
     """
     momentum = MOMENTUM * state.momentum + jnp.einsum("kl,nld->nkd", smooth, along)
-    length = shortest_unit * (longest_unit / shortest_unit) ** (1.0 - progress)
     largest = jnp.max(jnp.abs(momentum), axis=(1, 2), keepdims=True)
-    free = state.particles + length * momentum / jnp.maximum(largest, 1e-20)
+    free = state.particles + annealing.length_unit(state.index) * momentum / jnp.maximum(largest, 1e-20)
     inside = jnp.clip(free, 0.0, 1.0)
     if wraps:
         inside = inside.at[..., -1].set(free[..., -1])
