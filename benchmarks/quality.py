@@ -1,4 +1,4 @@
-"""How good the sets are: level and peaked targets, against the lawnmower and the papers' own optimisers.
+"""How good the sets are on level targets, against the lawnmower.
 
 python -m benchmarks.quality
 
@@ -9,25 +9,17 @@ exactly that length. The vehicle is all but unlimited in acceleration, as the pa
 from __future__ import annotations
 
 import dataclasses
-import itertools
-import math
 import time
 
-import jax
-import jax.numpy as jnp
 import numpy as np
 
-from benchmarks.plain_svgd import SAMPLES, plain_svgd, random_set
-from benchmarks.timing import machine, without_baseline
-from planner.information import DensityGrid, gaussians, uniform
+from benchmarks.timing import machine
+from planner.information import DensityGrid, uniform
 from planner.judging import Judge, at_middles
-from planner.lawnmower import Lawnmowers
 from planner.obstacles import ObstacleField
-from planner.plan import Candidate, Plan
-from planner.polyline import length_of
-from planner.problem import Kernel, Limits, Method, MetricWeights, Options, Problem
+from planner.plan import Plan
+from planner.problem import Limits, MetricWeights, Options, Problem
 from planner.solver import solve
-from planner.spectral_metric import SpectralMetric
 from planner.trajectory import Motion
 from planner.workspace import Workspace
 
@@ -35,7 +27,6 @@ FLAT = Workspace(np.zeros(3), np.array([1.0, 1.0, 0.1]))
 CUBE = Workspace(np.zeros(3), np.ones(3))
 DURATION_S = 100.0
 ROWS = (4, 5, 6, 8)
-MIXTURES = 20
 FASTER = 1.15
 
 
@@ -103,124 +94,10 @@ def level() -> None:
         )
 
 
-def best_within(problem: Problem, options: Options, limit_s: float | None) -> Candidate | None:
-    """The best proven path of one solve, or of as many from other seeds as fit into a time; None where none passed."""
-    best: Candidate | None = None
-    started_s = time.perf_counter()
-
-    def left_s() -> float:
-        return math.inf if limit_s is None else started_s + limit_s - time.perf_counter()
-
-    for seed in itertools.count(options.seed):
-        first = seed == options.seed
-        # A first solve is let finish: on a busy machine the same work takes now more and now less time.
-        plan = solve(problem, dataclasses.replace(options, seed=seed), time_left_s=_unlimited if first else left_s)
-        if plan.selected is not None and (best is None or plan.best.ergodic_metric < best.ergodic_metric):
-            best = plan.best
-        if limit_s is None or left_s() <= 0.0:
-            return best
-    raise AssertionError("counting has no end")
-
-
-def _unlimited() -> float:
-    return math.inf
-
-
-def mixture(box: Workspace, seed: int) -> DensityGrid:
-    """Two to four peaks."""
-    rng = np.random.default_rng(seed)
-    count = int(rng.integers(2, 5))
-    mean = rng.uniform(0.15, 0.85, (count, 3)) * box.lengths_m
-    std = rng.uniform(0.05, 0.15, (count, 3)) * box.lengths_m
-    return gaussians(box, mean, std, rng.uniform(0.3, 1.0, count), (64, 64, 32))
-
-
-def svgd_within(information: DensityGrid, options: Options, limit_s: float) -> tuple[float, float]:
-    """E and length (unit cube) of the best waypoints that plain RBF-SVGD finds, from new start sets, in a time.
-
-    Its waypoints keep to the box and to nothing else, so that they are compared, but could not be flown.
-    """
-    metric = SpectralMetric.of(information.coefficients(options.modes), options.metric_weights)
-    weight, axes = jnp.full(SAMPLES, 1.0 / SAMPLES), 3 if options.modes[2] > 1 else 2
-    lowest, length, started_s = np.inf, np.nan, time.perf_counter()
-    for seed in itertools.count():
-        found = plain_svgd(metric, jnp.asarray(random_set(metric, axes, seed)), axes)
-        inside = jnp.clip(found, 0.0, 1.0)
-        figures = np.asarray(metrics_of(metric, inside, weight))
-        best = int(np.nanargmin(figures))
-        if figures[best] < lowest:
-            lowest, length = float(figures[best]), length_of(np.asarray(inside[best, :, :axes]))
-        if time.perf_counter() - started_s >= limit_s:
-            return lowest, length
-    raise AssertionError("counting has no end")
-
-
-metrics_of = jax.jit(lambda metric, paths, weight: jax.vmap(lambda path: metric(path, weight))(paths))
-
-
-def peaked() -> None:
-    """Random mixtures: the best of eight, and what others make of the same time and length."""
-    print(f"\npeaked targets, {MIXTURES} random mixtures, best of 8, the product's wall time for each, paths no longer")
-    print("than plain SVGD's: the product's E over another's, medians, in brackets how often it is lower\n")
-    print(
-        "| | length, SVGD | product | over lawnmower's | at most 1/5 | over independent descent's "
-        "| over SVES's, proven | over plain SVGD's | time |\n|---|---|---|---|---|---|---|---|---|"
-    )
-    for name, box, modes in (("square", FLAT, (8, 8, 1)), ("cube", CUBE, (8, 8, 8))):
-        options = Options(candidates=8, modes=modes)
-        rivals = {
-            "identity": dataclasses.replace(options, kernel=Kernel.IDENTITY),
-            "sves": dataclasses.replace(options, method=Method.SVES, kernel=Kernel.RBF),
-        }
-        ratios: dict[str, list[float]] = {"lawnmower": [], "identity": [], "sves": [], "svgd": []}
-        figures: list[tuple[float, float, float]] = []
-        for seed in range(-1, MIXTURES):
-            information = mixture(box, max(seed, 0))
-            _, svgd_length = svgd_within(information, options, 0.0)
-            start = np.full(3, 0.1) * box.lengths_m
-            faster = problem_of(box, information, FASTER * svgd_length, start)
-            problem = dataclasses.replace(faster, max_length_m=svgd_length)
-            judge = Judge(problem, options)
-            with without_baseline():
-                started_s = time.perf_counter()
-                product = best_within(problem, options, None)
-                spent_s = time.perf_counter() - started_s
-                found = {rival: best_within(problem, changed, spent_s) for rival, changed in rivals.items()}
-            others = {rival: np.inf if one is None else one.ergodic_metric for rival, one in found.items()}
-            others["svgd"], svgd_length = svgd_within(information, options, spent_s)
-            # The first run compiles.
-            if seed < 0:
-                continue
-            mine = np.inf if product is None else product.ergodic_metric
-            ratios["lawnmower"].append(over_lawnmower(judge, problem, product))
-            for rival, theirs in others.items():
-                ratios[rival].append(mine / theirs)
-            figures.append((svgd_length, np.nan if product is None else product.report.length_m, spent_s))
-        middle = {rival: float(np.median(values)) for rival, values in ratios.items()}
-        wins = {rival: int((np.array(values) < 1.0).sum()) for rival, values in ratios.items()}
-        lengths = np.nanmedian(figures, axis=0)
-        cells = " | ".join(f"{middle[rival]:.3f} ({wins[rival]}/{MIXTURES})" for rival in ("identity", "sves", "svgd"))
-        fifth = int((np.array(ratios["lawnmower"]) <= 0.2).sum())
-        print(
-            f"| {name} | {lengths[0]:.2f} | {lengths[1]:.2f} | {middle['lawnmower']:.3f} | {fifth}/{MIXTURES} "
-            f"| {cells} | {lengths[2]:.2f} s |",
-            flush=True,
-        )
-
-
-def over_lawnmower(judge: Judge, problem: Problem, candidate: Candidate | None) -> float:
-    """E over that of the lawnmower of its own length; infinite where there is no path."""
-    if candidate is None:
-        return float("inf")
-    lawnmower, _ = Lawnmowers(problem, candidate.report.length_m).best(judge.ergodic_metric)
-    return candidate.ergodic_metric / lawnmower
-
-
 def main() -> None:
-    """Print the tables."""
+    """Print the table."""
     print(machine())
     level()
-    peaked()
 
 
 if __name__ == "__main__":

@@ -17,7 +17,8 @@ import numpy as np
 
 from benchmarks.claims import print_claims
 from benchmarks.kes.report import save
-from benchmarks.quality import CUBE, mixture, problem_of
+from benchmarks.peaked import mixture
+from benchmarks.quality import CUBE, problem_of
 from benchmarks.timing import without_baseline
 from planner.judging import Judge, at_middles
 from planner.kernel_metric_of import metric_of_poses
