@@ -38,12 +38,12 @@ REPULSION_SHARE = 0.75
 
 @dataclasses.dataclass(frozen=True)
 class Annealing:
-    """How long the steps of a set are: geometrically from the first to the last.
+    """How long the steps of a set are: each a share of the one before.
 
     Attributes:
         steps: How many.
         longest_unit: How far the first moves the knot that it moves farthest.
-        shortest_unit: The same of the last.
+        shortest_unit: What that has come down to after the last.
     """
 
     steps: int
