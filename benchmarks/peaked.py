@@ -116,7 +116,7 @@ def peaked() -> None:
     print("\nthe product's E over another's, in the same time, medians, in brackets how often it is lower")
     print("\nall keep the vehicle's limits, speed hardly more than the mean\n")
     print(
-        "| | length allowed | product's | over lawnmower's | at most 1/5 | over its own without Stein steps "
+        "| | length allowed | product's | over lawnmower's | at most 1/5 | over its own, each alone "
         "| over SVES's, proven | time |\n|---|---|---|---|---|---|---|---|"
     )
     print("\n".join(proven))

@@ -25,7 +25,7 @@ from benchmarks.quality import CUBE, FLAT, problem_of
 from benchmarks.timing import interleaved_ms, machine
 from planner import stein, sves
 from planner.information import uniform
-from planner.polish import STEIN_STEPS, Particles, Round, explored, polished
+from planner.polish import ANNEALING, Particles, Round, explored, polished
 from planner.problem import Kernel, MetricWeights, Options, Problem
 from planner.scene import Scene, free_from_control, knots_for, scene_of
 from planner.seeds import seed_paths, spline_from_path
@@ -191,9 +191,9 @@ def time_to_plain_svgd() -> None:
             length = float(np.linalg.norm(np.diff(plain[best, :, :axes], axis=0), axis=1).sum())
             race, target = Race.of(deep, length, max(seed, 0)), figures[best]
             same = race.set_along(np.clip(start, 0.0, 1.0))
-            same_s = seconds_to(race, lambda same=same: same, target, STEIN_STEPS)
+            same_s = seconds_to(race, lambda same=same: same, target, ANNEALING.steps)
             alone_s = seconds_to(race, lambda same=same: same, target, 0)
-            seeds_s = seconds_to(race, race.seeded_set, target, STEIN_STEPS)
+            seeds_s = seconds_to(race, race.seeded_set, target, ANNEALING.steps)
             # The first run compiles.
             if seed >= 0:
                 rows.append((target, length, plain_s, autodiff_s, same_s, alone_s, seeds_s))
@@ -218,7 +218,7 @@ def main() -> None:
     """Print the tables."""
     print(machine())
     step_against_blackjax()
-    print(f"\nthe product's Stein phase is {STEIN_STEPS} steps")
+    print(f"\nthe product's Stein phase is {ANNEALING.steps} steps")
     time_to_plain_svgd()
 
 

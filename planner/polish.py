@@ -19,8 +19,7 @@ from planner.problem import Kernel
 from planner.scene import Scene
 
 # Short last steps would move nothing that the polish does not move better.
-STEIN_STEPS = 8
-STEIN_ANNEALING = stein.Annealing(STEIN_STEPS, 0.1, 0.003)
+ANNEALING = stein.Annealing(8, 0.1, 0.003)
 # The Stein phase may cut corners; the polish makes them good.
 STEIN_PENALTY = 0.1
 
@@ -50,7 +49,7 @@ def explored(
         particles: Their free control points, unit cube.
         kernel: How they repel each other.
         seed: Of the noise that parts candidates which coincide.
-        portions: How many steps to take, and again when they are done. Annealing ends with the last of `STEIN_STEPS`.
+        portions: How many steps to take, and again when they are done; `ANNEALING.steps` in all.
         prior: How likely it is that they get so far from where they begin; None: they get as far as they like.
 
     Returns:
@@ -119,7 +118,7 @@ def _explore(
 
     def step(_: Int[Array, ""], state: stein.State) -> stein.State:
         scores = jax.vmap(jax.grad(log_posterior))(state.particles, references, begins)
-        return stein.step(state, scores, kernel, smooth, STEIN_ANNEALING, wraps=scene.has_headings)
+        return stein.step(state, scores, kernel, smooth, ANNEALING, wraps=scene.has_headings)
 
     return jax.lax.fori_loop(0, steps, step, state)
 

@@ -22,7 +22,7 @@ from planner.free_space import FreeSpace
 from planner.judging import Judge, at_middles, better
 from planner.lawnmower import Lawnmowers
 from planner.plan import Candidate, Plan, Status
-from planner.polish import STEIN_STEPS, Particles, Round, explored, parted, polished
+from planner.polish import ANNEALING, Particles, Round, explored, parted, polished
 from planner.problem import Method, Options, Problem
 from planner.rerouting import rerouted
 from planner.scene import TURN_RAD, Scene, free_from_control, knots_for, scene_of, trajectory_of, wanted_interval_s
@@ -227,7 +227,7 @@ class _Work:
         particles = parted(seeds, self.options.seed) if self.warm else seeds
         if self.options.candidates > 1 and not self.warm and not self.budget.is_over():
             self.progress(Progress("stein", 0.05))
-            portions = self.budget.portions(STEIN_STEPS, STEIN_STEPS, STEIN_SHARE)
+            portions = self.budget.portions(ANNEALING.steps, ANNEALING.steps, STEIN_SHARE)
             kernel, seed, prior = self.options.kernel, self.options.seed, self.options.knot_prior
             particles, taken = explored(self.scene, particles, kernel, seed, portions, prior)
             self.steps += taken

@@ -13,7 +13,7 @@ from planner.gate_report import Violation, ViolationKind
 from planner.information import gaussians, uniform
 from planner.obstacles import Box, Cylinder, ObstacleField, Sphere
 from planner.plan import Candidate, Status
-from planner.polish import STEIN_STEPS, explored, parted
+from planner.polish import ANNEALING, explored, parted
 from planner.priors import GaussianPrior, Prior, ScalePrior, WalkPrior
 from planner.problem import Covered, Kernel, Limits, Method, MetricWeights, Options, Problem
 from planner.scene import Scene, free_from_control, knots_for, scene_of
@@ -238,7 +238,7 @@ def test_the_kernel_decides_how_the_set_moves() -> None:
     scene, seeds = scene_and_seeds(3)
 
     def moved(kernel: Kernel) -> np.ndarray:
-        return explored(scene, seeds, kernel, 0, [STEIN_STEPS])[0]
+        return explored(scene, seeds, kernel, 0, [ANNEALING.steps])[0]
 
     def apart(particles: np.ndarray) -> float:
         return float(np.mean([np.linalg.norm(particles[i] - particles[j]) for i in range(3) for j in range(i)]))
@@ -283,7 +283,7 @@ def test_a_prior_on_the_knots_holds_paths_to_their_seeds_as_firmly_as_it_says(me
         if method is Method.SVES:
             found, _ = sves.descended(scene, seeds, Kernel.IDENTITY, [sves.STEPS_AT_ONCE], prior)
         else:
-            found, _ = explored(scene, seeds, Kernel.IDENTITY, 0, [STEIN_STEPS], prior)
+            found, _ = explored(scene, seeds, Kernel.IDENTITY, 0, [ANNEALING.steps], prior)
         return float(np.sqrt(np.mean((found - seeds) ** 2)))
 
     free_m = moved(None)
