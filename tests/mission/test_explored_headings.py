@@ -297,8 +297,7 @@ def test_an_interrupted_flight_is_flown_on_with_the_heading_that_was_planned(pla
 
 def test_a_mission_with_explored_headings_is_planned_and_flown(mission_file, tmp_path):
     folder = tmp_path / "flight"
-    # It turns nearly as fast as it may: at 20× the nose has turned on by 0.2 rad when it hears where to look.
-    arguments = ["fly", str(mission_file), "--speed", "6", "--out", str(folder), "--json"]
+    arguments = ["fly", str(mission_file), "--speed", str(SPEED), "--out", str(folder), "--json"]
     result = CliRunner().invoke(app, [*arguments, "--set", "planner.time_limit_s=5"])
     assert result.exit_code == 0, result.stderr
     summary = json.loads(result.stdout)
