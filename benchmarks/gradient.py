@@ -58,7 +58,7 @@ def main() -> None:
             contenders["autodiff"] = lambda f=theirs, x=positions: f(x)
             expected = theirs(positions)[1]
             error = float(jnp.abs(ours(positions)[1] - expected).max() / jnp.abs(expected).max())
-        found = interleaved_ms(contenders, repeats=15)
+        found = interleaved_ms(contenders, repeats=15, in_a_row=5)
         naive = found.get("autodiff", float("nan"))
         print(
             f"{particles:>5} {samples:>5} {'×'.join(map(str, modes)):>12} {found['separable']:>13.2f} {naive:>12.2f} "

@@ -27,7 +27,10 @@ def without_baseline() -> AbstractContextManager[object]:
 
 
 def interleaved_ms(
-    contenders: Mapping[str, Callable[[], object]], repeats: int, of_all: Callable[[list[float]], float] = np.median
+    contenders: Mapping[str, Callable[[], object]],
+    repeats: int,
+    of_all: Callable[[list[float]], float] = np.median,
+    in_a_row: int = 1,
 ) -> dict[str, float]:
     """Median milliseconds of each contender, run in turn so that a drifting machine treats all alike.
 
@@ -35,6 +38,8 @@ def interleaved_ms(
         contenders: Name to a call whose result is a jax value (waited for) or anything else.
         repeats: Counted runs each, after one that is not counted.
         of_all: What to take of the runs instead of the median.
+        in_a_row: Calls a turn, of which the mean is taken. Where a call takes less than a millisecond, the first after
+            another contender's pays for what that one left in caches and memory.
     """
     times: dict[str, list[float]] = {name: [] for name in contenders}
     for call in contenders.values():
@@ -42,6 +47,7 @@ def interleaved_ms(
     for _ in range(repeats):
         for name, call in contenders.items():
             started = time.perf_counter()
-            jax.block_until_ready(call())
-            times[name].append(1e3 * (time.perf_counter() - started))
+            for _ in range(in_a_row):
+                jax.block_until_ready(call())
+            times[name].append(1e3 * (time.perf_counter() - started) / in_a_row)
     return {name: float(of_all(values)) for name, values in times.items()}

@@ -21,6 +21,7 @@ Departures from the paper:
 from __future__ import annotations
 
 import dataclasses
+from collections.abc import Sequence
 
 import equinox as eqx
 import jax
@@ -30,6 +31,9 @@ from jaxtyping import Array, Float
 from scipy.special import factorial
 
 from planner.problem import Covered, MetricWeights
+
+MOST_WRITTEN_OUT = 64
+"""So many products of two modes at most are written out: more take longer than a product of matrices."""
 
 _TERMS = np.arange(7)
 # sin(πv)/v and cos(πv) in powers of v².
@@ -214,29 +218,46 @@ def _ergodic_metric(
 
 def _forward(metric, position_unit, time_weight):  # noqa: ANN001 (custom_vjp's own signature)
     tables = [_tables(position_unit[:, axis], metric.target.shape[axis]) for axis in range(3)]
-    (cos0, sin0), (cos1, sin1), (cos2, sin2) = tables
-    residual = _residual(metric, (cos0, cos1, cos2), time_weight)
+    residual = _residual(metric, tuple(cosine for cosine, _ in tables), time_weight)
     weighted = metric.weights * residual
-    modes = metric.target.shape
-    flat = weighted.reshape(modes[0], -1).T
-    if modes[2] == 1:
-        # One product for both axes is a fifth faster here, and slower where it is large.
-        count = position_unit.shape[0]
-        both = jax.lax.optimization_barrier(flat @ jnp.concatenate([sin0, cos0], axis=1))
-        first, second = jnp.sum(both[:, :count] * cos1, axis=0), jnp.sum(both[:, count:] * sin1, axis=0)
-        gradient = jnp.stack([first, second, jnp.zeros_like(first)], axis=-1)
-    else:
-        by_pair = (flat @ cos0).reshape(modes[1], modes[2], -1)
-        gradient = jnp.stack(
-            [
-                jnp.sum((flat @ sin0) * _pairs(cos1, cos2), axis=0),
-                jnp.sum(jnp.sum(by_pair * cos2, axis=1) * sin1, axis=0),
-                jnp.sum(jnp.sum(by_pair * cos1[:, None], axis=0) * sin2, axis=0),
-            ],
-            axis=-1,
+    factor = 2.0 * (1.0 - metric.covered_share) * time_weight
+    # Written axis by axis and turned afterwards: as one loop the stacking would keep the sums from being vectorised.
+    gradient = jax.lax.optimization_barrier(jnp.stack([factor * slope for slope in _slopes(weighted, tables)]))
+    return jnp.sum(weighted * residual), (gradient.T, metric, time_weight)
+
+
+def _slopes(
+    weighted: Float[Array, "k0 k1 k2"], tables: Sequence[tuple[Float[Array, "k time"], Float[Array, "k time"]]]
+) -> list[Float[Array, "time"]]:
+    """Σ_k a_k ∂F_k/∂w along each axis: products over the first axis, then sums over the others."""
+    (cos0, sin0), (cos1, sin1), (cos2, sin2) = tables
+    modes0, modes1, modes2 = weighted.shape
+    if modes2 == 1:
+        plane = weighted[..., 0]
+        first = _sum_of_products(sin0, _product(plane, cos1))
+        return [first, _sum_of_products(cos0, _product(plane, sin1)), jnp.zeros_like(first)]
+    flat = weighted.reshape(modes0, -1).T
+    by_sine = (flat @ sin0).reshape(modes1, modes2, -1)
+    by_cosine = (flat @ cos0).reshape(modes1, modes2, -1)
+    along0, along1, along2 = jax.lax.optimization_barrier(
+        tuple(
+            sum(rows[:, mode] * table[mode] for mode in range(modes2))
+            for rows, table in ((by_sine, cos2), (by_cosine, cos2), (by_cosine, sin2))
         )
-    factor = 2.0 * (1.0 - metric.covered_share)
-    return jnp.sum(weighted * residual), (factor * gradient * time_weight[:, None], metric, time_weight)
+    )
+    return [_sum_of_products(along0, cos1), _sum_of_products(along1, sin1), _sum_of_products(along2, cos1)]
+
+
+def _product(coefficients: Float[Array, "k l"], table: Float[Array, "l time"]) -> Array | list[Array]:
+    """Rows of the product of matrices; written out where they are few, so that what follows is fused with it."""
+    if coefficients.size > MOST_WRITTEN_OUT:
+        return coefficients @ table
+    return [_sum_of_products(row, table) for row in coefficients]
+
+
+def _sum_of_products(a: Array | list[Array], b: Array | list[Array]) -> Float[Array, "time"]:
+    """Σ_k a_k b_k, written out: a reduction is not fused with what follows, and takes up to twice as long."""
+    return sum((a[k] * b[k] for k in range(1, len(b))), a[0] * b[0])
 
 
 def _backward(saved, cotangent):  # noqa: ANN001 (custom_vjp's own signature)
