@@ -44,6 +44,34 @@ class Region:
         self.headings_rad = tuple(headings)
         low, high = cloud.min(axis=0), cloud.max(axis=0)
         self.center_m, self.half_m = 0.5 * (low + high), 0.5 * (high - low)
+        self._rows: dict[tuple[float, int], Float[np.ndarray, "row 3"]] = {}
+
+    def rows(self, heading_rad: float, count: int) -> Float[np.ndarray, "row 3"]:
+        """Parallel rows over the area, the outer ones half a spacing from its border; kept for the next who asks.
+
+        Args:
+            heading_rad: Their direction, from east.
+            count: How many; those that meet nothing of the area are left out.
+
+        Returns:
+            Of each where it begins and ends along the heading, and how far to the left of it it lies, metres.
+        """
+        if (heading_rad, count) not in self._rows:
+            along = self.points_m @ [np.cos(heading_rad), np.sin(heading_rad)]
+            left = self.points_m @ [-np.sin(heading_rad), np.cos(heading_rad)]
+            extent = float(np.ptp(left))
+            # Points of the cloud this close to a row say how far it goes.
+            reach = max(0.5 * extent / count, extent / (CLOUD - 1))
+            middles = float(left.min()) + (np.arange(count) + 0.5) * extent / count
+            met = ((middle, along[np.abs(left - middle) <= reach]) for middle in middles)
+            self._rows[heading_rad, count] = np.array(
+                [(near.min(), near.max(), middle) for middle, near in met if near.size]
+            )
+        return self._rows[heading_rad, count]
+
+    def spacing_m(self, heading_rad: float, count: int) -> float:
+        """Between so many rows along a heading."""
+        return float(np.ptp(self.points_m @ [-np.sin(heading_rad), np.cos(heading_rad)])) / count
 
 
 def lawnmower(
@@ -60,25 +88,14 @@ def lawnmower(
     Returns:
         Ends of the rows in the order flown.
     """
+    first, last, left = region.rows(heading_rad, rows).T
+    inset = 0.5 * region.spacing_m(heading_rad, rows) if inset_m is None else inset_m
+    first, last = np.minimum(first + inset, 0.5 * (first + last)), np.maximum(last - inset, 0.5 * (first + last))
+    ends = np.stack([first, last], axis=1)
+    ends[1::2] = ends[1::2, ::-1]
     along = np.array([np.cos(heading_rad), np.sin(heading_rad)])
     across = np.array([-along[1], along[0]])
-    u, v = region.points_m @ along, region.points_m @ across
-    low, extent = float(v.min()), float(np.ptp(v))
-    spacing = extent / rows
-    inset = 0.5 * spacing if inset_m is None else inset_m
-    ends = []
-    for row in range(rows):
-        middle = low + (row + 0.5) * spacing
-        # Points of the cloud this close to the row say how far it goes.
-        near = u[np.abs(v - middle) <= max(0.5 * spacing, extent / (CLOUD - 1))]
-        if near.size == 0:
-            continue
-        first, last = float(near.min()) + inset, float(near.max()) - inset
-        if first > last:
-            first = last = 0.5 * (first + last)
-        pair = [first, last] if len(ends) % 4 == 0 else [last, first]
-        ends += [along * place + across * middle for place in pair]
-    return np.array(ends)
+    return (ends[..., None] * along + left[:, None, None] * across).reshape(-1, 2)
 
 
 def spiral(region: Region, turns: float, steps_a_turn: int = 24) -> Float[np.ndarray, "point 2"]:
