@@ -8,6 +8,9 @@ BIN := $(VENV)/bin
 demo: $(VENV)/.installed
 	$(BIN)/mission fly examples/search.toml --speed 10 --out runs/demo-$$(date +%Y%m%d-%H%M%S)
 
+# As `mission` does: products of matrices that share the cores with other workers take a hundred times as long in threads.
+test test-slow: export OPENBLAS_NUM_THREADS = 1
+
 test: check
 	$(BIN)/python -m pytest -n auto --dist loadfile -m "not slow and not sitl"
 

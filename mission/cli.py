@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import os
 import sys
 import traceback
 
@@ -50,6 +51,9 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):
             # A terminal that knows no "m/s²" shows a question mark.
             stream.reconfigure(errors="replace")
+    # The matrices here are small: threads that share a product wait for each other, on busy cores a hundred times as
+    # long as it takes. numpy reads this when a verb first imports it; processes begun from here inherit it.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
     document_of_the_verb.clear()
     with Interrupts():
         code, why = _ended()

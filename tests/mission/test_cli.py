@@ -1,4 +1,5 @@
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -89,6 +90,20 @@ def test_help_comes_without_loading_the_planner():
         "sys.exit(bool({'jax', 'matplotlib', 'mavsdk', 'rerun'} & set(sys.modules)))"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
+
+
+def test_numpy_is_told_of_one_thread_before_it_is_loaded():
+    code = (
+        "import atexit, os, sys; import mission.cli; assert 'numpy' not in sys.modules; "
+        "atexit.register(lambda: print(os.environ['OPENBLAS_NUM_THREADS'])); "
+        "sys.argv = ['mission', '--help']; mission.cli.main()"
+    )
+    told = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
+    for asked, threads in (({}, "1"), ({"OPENBLAS_NUM_THREADS": "3"}, "3")):
+        done = subprocess.run(
+            [sys.executable, "-c", code], env=told | asked, capture_output=True, text=True, check=True
+        )
+        assert done.stdout.splitlines()[-1] == threads
 
 
 @pytest.mark.parametrize("verb", ["plan", "fly"])
