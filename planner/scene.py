@@ -223,7 +223,7 @@ def sample_uniform(control: Float[Array, "control axis"], samples_per_segment: i
     keep the shifting and the sorting by time out of these sums, which are not vectorised else.
     """
     u = (np.arange(samples_per_segment) + 0.5) / samples_per_segment
-    blends = (np.stack([np.ones_like(u), u, u**2, u**3], axis=1) @ BLEND).astype(np.float32)
+    blends = (np.stack([np.ones_like(u), u, u**2, u**3], axis=1) @ BLEND).astype(control.dtype)
     segments = control.shape[0] - 3
     by_axis = control.T
     shifted = jax.lax.optimization_barrier(tuple(by_axis[:, first : first + segments] for first in range(4)))

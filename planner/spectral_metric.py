@@ -229,7 +229,7 @@ def _forward(metric, position_unit, time_weight):  # noqa: ANN001 (custom_vjp's 
 def _slopes(
     weighted: Float[Array, "k0 k1 k2"], tables: Sequence[tuple[Float[Array, "k time"], Float[Array, "k time"]]]
 ) -> list[Float[Array, "time"]]:
-    """Σ_k a_k ∂F_k/∂w along each axis: products over the first axis, then sums over the others."""
+    """Σ_k a_k ∂F_k/∂w along each axis: products of matrices over one axis, then sums over the others."""
     (cos0, sin0), (cos1, sin1), (cos2, sin2) = tables
     modes0, modes1, modes2 = weighted.shape
     if modes2 == 1:

@@ -58,11 +58,10 @@ class Region:
         """
         if (heading_rad, count) not in self._rows:
             along = self.points_m @ [np.cos(heading_rad), np.sin(heading_rad)]
-            left = self.points_m @ [-np.sin(heading_rad), np.cos(heading_rad)]
-            extent = float(np.ptp(left))
+            left, spacing = self._left_m(heading_rad), self.spacing_m(heading_rad, count)
             # Points of the cloud this close to a row say how far it goes.
-            reach = max(0.5 * extent / count, extent / (CLOUD - 1))
-            middles = float(left.min()) + (np.arange(count) + 0.5) * extent / count
+            reach = max(0.5 * spacing, float(np.ptp(left)) / (CLOUD - 1))
+            middles = left.min() + (np.arange(count) + 0.5) * spacing
             met = ((middle, along[np.abs(left - middle) <= reach]) for middle in middles)
             self._rows[heading_rad, count] = np.array(
                 [(near.min(), near.max(), middle) for middle, near in met if near.size]
@@ -71,7 +70,11 @@ class Region:
 
     def spacing_m(self, heading_rad: float, count: int) -> float:
         """Between so many rows along a heading."""
-        return float(np.ptp(self.points_m @ [-np.sin(heading_rad), np.cos(heading_rad)])) / count
+        return float(np.ptp(self._left_m(heading_rad))) / count
+
+    def _left_m(self, heading_rad: float) -> Float[np.ndarray, "point"]:
+        """How far to the left of a heading the points lie."""
+        return self.points_m @ [-np.sin(heading_rad), np.cos(heading_rad)]
 
 
 def lawnmower(
