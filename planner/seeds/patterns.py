@@ -93,8 +93,8 @@ def lawnmower(
     """
     first, last, left = region.rows(heading_rad, rows).T
     inset = 0.5 * region.spacing_m(heading_rad, rows) if inset_m is None else inset_m
-    first, last = np.minimum(first + inset, 0.5 * (first + last)), np.maximum(last - inset, 0.5 * (first + last))
-    ends = np.stack([first, last], axis=1)
+    middle = 0.5 * (first + last)
+    ends = np.stack([np.minimum(first + inset, middle), np.maximum(last - inset, middle)], axis=1)
     ends[1::2] = ends[1::2, ::-1]
     along = np.array([np.cos(heading_rad), np.sin(heading_rad)])
     across = np.array([-along[1], along[0]])
