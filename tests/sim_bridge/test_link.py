@@ -20,7 +20,6 @@ from sim_bridge.state import (
     Setpoint,
     StatusText,
     VehicleState,
-    Waiting,
 )
 
 GROUND = GeodeticPoint(47.3977, 8.5456, 488.0)
@@ -243,9 +242,3 @@ def test_another_system_id_is_not_our_vehicle():
             Link.connect(vehicle.address, ORIGIN, vehicle_system=9, timeout_s=2.0)
     finally:
         vehicle.stop()
-
-
-def test_before_everything_is_known_it_tells_what_is_missing():
-    with flying() as client:
-        waiting = client.wait(lambda event: isinstance(event, Waiting))
-        assert waiting.waiting_for

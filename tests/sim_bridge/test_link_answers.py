@@ -5,7 +5,7 @@ import time
 
 from sim_bridge.codec import Codec, frames_in, mavlink
 from sim_bridge.link.client import Link
-from sim_bridge.state import GeodeticPoint
+from sim_bridge.state import GeodeticPoint, Waiting
 
 MODE = mavlink.MAV_CMD_DO_SET_MODE
 
@@ -60,5 +60,16 @@ def test_what_comes_before_the_last_answer_does_no_harm():
             # A second answer would end the whole process, a moment after the first.
             time.sleep(0.5)
             assert wire.asked == count
+    finally:
+        link.close()
+
+
+def test_of_a_vehicle_that_tells_nothing_but_that_it_lives_what_is_missing_is_named():
+    link = Link(Hesitating(), GeodeticPoint(47.3977, 8.5456, 488.0))
+    try:
+        link.wait_heard(10.0)
+        waiting = next(timed.event for timed in link.events(10.0))
+        assert isinstance(waiting, Waiting)
+        assert "its local position estimate" in waiting.waiting_for
     finally:
         link.close()
