@@ -45,6 +45,7 @@ from planner.kernels import kernel_terms
 from planner.obstacles import ObstacleField
 from planner.priors import Prior
 from planner.problem import Kernel
+from planner.single_precision import single
 from planner.workspace import Workspace
 
 PENALTY_YARD = 0.01
@@ -151,8 +152,8 @@ class ControlTask(eqx.Module):
             raise ValueError("a control task remembers by itself: give the metric without what was covered")
         jax.eval_shape(metric.basis, jnp.zeros(3))
         arrays = (metric, workspace.box_min_m, workspace.lengths_m, obstacles, keep_out_m, prior)
-        single = jax.tree.map(lambda leaf: jnp.asarray(leaf, jnp.float32), (*arrays, inverse_temperature, control_s))
-        return cls(*single, dynamics=dynamics, kernel=kernel, iterations=iterations, transport=transport)
+        leaves = jax.tree.map(single, (*arrays, inverse_temperature, control_s))
+        return cls(*leaves, dynamics=dynamics, kernel=kernel, iterations=iterations, transport=transport)
 
     def controls(self, cube: Float[Array, "time control"]) -> Float[Array, "time control"]:
         """From the cube to the vehicle's units."""

@@ -17,6 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from planner.single_precision import single
 from planner.trajectory import BLEND
 
 ROWS_AT_ONCE = 128
@@ -143,6 +144,12 @@ class EveryHeading(eqx.Module):
         return density / (2.0 * jnp.pi), jnp.concatenate([slope, turn], axis=1) / (2.0 * jnp.pi)
 
 
+@eqx.filter_jit
+def density_at(field: SampleField | GridField | EveryHeading, points: Float[Array, "time axis"]) -> ValueAndSlope:
+    """A density and its gradient at points, as one compiled program: for whoever makes a metric of it."""
+    return field(points)
+
+
 def grid_field(
     mass: Float[np.ndarray, "nx ny nz"],
     variance: Float[np.ndarray, "3"] | None = None,
@@ -179,9 +186,7 @@ def grid_field(
         spacing.append(step)
     density = np.einsum("xyz,ax,by,cz->abc", mass, *per_axis, optimize=True)
     coefficients = spline_filter(density, order=3, mode="mirror")
-    return GridField(
-        jnp.asarray(coefficients, jnp.float32), jnp.asarray(low, jnp.float32), jnp.asarray(spacing, jnp.float32)
-    )
+    return GridField(single(coefficients), single(low), single(spacing))
 
 
 def density_at_centers(

@@ -32,6 +32,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from planner.effort import Search, detection_rate
+from planner.single_precision import single
 
 SHARPEST = 0.8
 """Detection probability that β stands for at most."""
@@ -86,12 +87,12 @@ class DetectionMetric(eqx.Module):
         rate = min(search.rate, detection_rate(SHARPEST))
         most_found = _most_found(column, area_m2, 2.0 * radius * length_m, rate)
         return cls(
-            probability=jnp.asarray(column, jnp.float32),
-            edges_m=(jnp.asarray(edges[0], jnp.float32), jnp.asarray(edges[1], jnp.float32)),
-            lengths_m=jnp.asarray(prior.workspace.lengths_m, jnp.float32),
-            radius_m=jnp.asarray(radius, jnp.float32),
-            rate=jnp.asarray(rate, jnp.float32),
-            most_found=jnp.asarray(most_found, jnp.float32),
+            probability=single(column),
+            edges_m=(single(edges[0]), single(edges[1])),
+            lengths_m=single(prior.workspace.lengths_m),
+            radius_m=single(radius),
+            rate=single(rate),
+            most_found=single(most_found),
             stride=max(1, int(STEP_SHARE * radius / spacing_m)),
         )
 

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import equinox as eqx
-import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Float
 
@@ -12,6 +11,7 @@ from planner.kernel_metric_of import metric_of
 from planner.plan import Candidate, objective_of
 from planner.polyline import densified
 from planner.problem import Covered, Metric, Options, Problem
+from planner.single_precision import single
 from planner.spectral_metric import mean_basis, mode_weights
 from planner.trajectory import Samples, Trajectory
 from planner.yaw import along_travel
@@ -51,7 +51,7 @@ class Judge:
         if self._by_kernel is not None:
             if self._of_poses:
                 unit = np.column_stack([unit, along_travel(position_m) if heading_rad is None else heading_rad])
-            return float(self._by_kernel(jnp.asarray(unit, jnp.float32), jnp.full(len(unit), 1.0 / len(unit))))
+            return float(self._by_kernel(single(unit), single(np.full(len(unit), 1.0 / len(unit)))))
         mean = mean_basis(unit, np.full(len(unit), 1.0 / len(unit)), self._modes)
         covered: Covered | None = problem.covered
         if covered is not None:

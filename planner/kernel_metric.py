@@ -37,6 +37,7 @@ from planner.density_field import (
     EveryHeading,
     GridField,
     SampleField,
+    density_at,
     density_at_centers,
     grid_field,
     kernel_sum,
@@ -44,6 +45,7 @@ from planner.density_field import (
 from planner.information import DensityGrid
 from planner.kernel_variance import select_variance, silverman_variance
 from planner.problem import Covered
+from planner.single_precision import single
 
 IGNORED_VARIANCE = 1.0 / (2.0 * np.pi)
 """Of an axis that does not count: there the normal density of a difference of zero is one."""
@@ -169,7 +171,7 @@ def kernel_metric(
     variance = np.full(3, IGNORED_VARIANCE)
     if variance_unit2 is None:
         samples = sampled(information, PARAMETER_SAMPLES, np.random.default_rng(seed))
-        slope = np.asarray(plain(jnp.asarray(samples, jnp.float32))[1], dtype=float)
+        slope = np.asarray(density_at(plain, single(samples))[1], dtype=float)
         variance[mask] = select_variance(samples[:, mask], slope[:, mask], wraps=False)
     else:
         variance[mask] = np.asarray(variance_unit2, dtype=float)[mask]
@@ -184,12 +186,12 @@ def kernel_metric(
         wanted = wanted - share * _time_in_cells(covered.places, wanted.shape)
     return KernelMetric(
         attraction=plain if blur is None else grid_field(wanted, blur, counts),
-        variance=jnp.asarray(variance, jnp.float32),
-        counts=jnp.asarray(mask, jnp.float32),
-        constant=jnp.asarray(np.sum(wanted * density_at_centers(wanted, blur, counts)), jnp.float32),
-        covered=jnp.zeros((0, 3)),
-        covered_weight=jnp.zeros(0),
-        covered_share=jnp.asarray(share, jnp.float32),
+        variance=single(variance),
+        counts=single(mask),
+        constant=single(np.sum(wanted * density_at_centers(wanted, blur, counts))),
+        covered=single(np.zeros((0, 3))),
+        covered_weight=single(np.zeros(0)),
+        covered_share=single(share),
         wraps=False,
     )
 
@@ -255,14 +257,14 @@ def pose_metric(
     width = silverman_variance(poses, share, wraps=True)
     plain = _sample_field(poses, share, width, wraps=True)
     if variance is None:
-        slope = np.asarray(plain(plain.centers)[1], dtype=float)
+        slope = np.asarray(density_at(plain, plain.centers)[1], dtype=float)
         theta = select_variance(poses, slope, wraps=True, weight=share)
     else:
         theta = np.asarray(variance, dtype=float)
     # Normal densities blur each other by adding their variances.
     field = plain if attraction is Attraction.AS_PRINTED else _sample_field(poses, share, width + theta, wraps=True)
     spread = _sample_field(poses, share, width + np.asarray(field.variance), wraps=True)
-    own = float(np.dot(np.asarray(spread(spread.centers)[0]), share))
+    own = float(np.dot(np.asarray(density_at(spread, spread.centers)[0]), share))
     past = np.zeros((0, 4)) if covered is None or covered_share == 0.0 else np.asarray(covered, dtype=float)
     past = thinned(past, MOST_COVERED)
     each = np.full(len(past), covered_share / max(len(past), 1))
@@ -286,18 +288,21 @@ def of_poses(
     covered_share: float,
 ) -> KernelMetric:
     """The metric of poses from its density, ∫p·P, and the poses that were flown before."""
-    flown, each = jnp.asarray(past, jnp.float32), jnp.asarray(weight, jnp.float32)
+    flown, each = single(past), single(weight)
     if len(past) > 0:
-        mutual, _ = kernel_sum(flown, flown, each, jnp.asarray(theta, jnp.float32), wraps=True)
-        own += float(jnp.dot(each, mutual - 2.0 * attraction(flown)[0]))
+        mutual, wanted = (
+            np.asarray(density_at(field, flown)[0], dtype=float)
+            for field in (_sample_field(past, weight, theta, wraps=True), attraction)
+        )
+        own += float(weight @ (mutual - 2.0 * wanted))
     return KernelMetric(
         attraction=attraction,
-        variance=jnp.asarray(theta, jnp.float32),
-        counts=jnp.asarray(counts, jnp.float32),
-        constant=jnp.asarray(own, jnp.float32),
+        variance=single(theta),
+        counts=single(counts),
+        constant=single(own),
         covered=flown,
         covered_weight=each,
-        covered_share=jnp.asarray(covered_share, jnp.float32),
+        covered_share=single(covered_share),
         wraps=True,
     )
 
@@ -313,7 +318,7 @@ def sampled(information: DensityGrid, count: int, generator: np.random.Generator
 def _sample_field(
     poses: Float[np.ndarray, "sample axis"], share: np.ndarray, variance: np.ndarray, wraps: bool
 ) -> SampleField:
-    arrays = (jnp.asarray(array, jnp.float32) for array in (poses, share, variance))
+    arrays = (single(array) for array in (poses, share, variance))
     return SampleField(*arrays, wraps=wraps)
 
 

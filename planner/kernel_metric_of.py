@@ -4,10 +4,9 @@ from __future__ import annotations
 
 import dataclasses
 
-import jax.numpy as jnp
 import numpy as np
 
-from planner.density_field import EveryHeading, density_at_centers, grid_field
+from planner.density_field import EveryHeading, density_at, density_at_centers, grid_field
 from planner.kernel_metric import (
     IGNORED_VARIANCE,
     PARAMETER_SAMPLES,
@@ -19,6 +18,7 @@ from planner.kernel_metric import (
 )
 from planner.kernel_variance import select_variance
 from planner.problem import Options, Problem
+from planner.single_precision import single
 
 REMEMBERED_POSES = 512
 """Of a flight under way always as many, so that code that was compiled serves all of it."""
@@ -73,7 +73,7 @@ def metric_of_poses(problem: Problem, options: Options, samples: int = 1) -> Ker
     around = 2.0 * np.pi * (generator.permutation(PARAMETER_SAMPLES) + 0.5) / PARAMETER_SAMPLES
     poses = np.column_stack([sampled(information, PARAMETER_SAMPLES, generator), around])
     plain = EveryHeading(grid_field(information.mass, counts=counts))
-    slope = np.asarray(plain(jnp.asarray(poses, jnp.float32))[1], dtype=float)
+    slope = np.asarray(density_at(plain, single(poses))[1], dtype=float)
     variance = np.full(4, IGNORED_VARIANCE)
     variance[mask] = select_variance(poses[:, mask], slope[:, mask], wraps=True)
     blurred = EveryHeading(grid_field(information.mass, variance[:3], counts))

@@ -27,6 +27,7 @@ from planner.kernel_metric_of import metric_of
 from planner.obstacles import ObstacleField
 from planner.polygon import KeepIn
 from planner.problem import Metric, Options, Problem
+from planner.single_precision import single
 from planner.spectral_metric import SpectralMetric
 from planner.trajectory import BLEND, Trajectory, Turning, control_points_at_start, heading_control_at_start
 
@@ -288,9 +289,11 @@ def scene_of(problem: Problem, options: Options, segments: int, samples_per_segm
     end = problem.start.position_m if problem.end_position_m is None else problem.end_position_m
     fence = KeepIn.everywhere() if problem.fence_polygon_m is None else KeepIn.of(problem.fence_polygon_m)
 
-    def single(value: float | np.ndarray) -> Array:
-        whole = np.issubdtype(np.asarray(value).dtype, np.integer)
-        return jnp.asarray(value, jnp.int32 if whole else jnp.float32)
+    def on_the_device(value: float | np.ndarray) -> Array:
+        # Whole numbers stay whole: they say which.
+        if np.issubdtype(np.asarray(value).dtype, np.integer):
+            return jnp.asarray(np.asarray(value, np.int32))
+        return single(value)
 
     first = workspace.unit_from_enu(control_points_at_start(problem.start, interval_s))
     end, end_is_fixed = workspace.unit_from_enu(end), np.asarray(problem.end_position_m is not None)
@@ -316,8 +319,8 @@ def scene_of(problem: Problem, options: Options, segments: int, samples_per_segm
         max_turn_rate_radps=single(LIMIT_SHARE * limits.max_turn_rate_radps),
         max_yaw_rate_turns_per_s=single(LIMIT_SHARE * limits.max_yaw_rate_radps / TURN_RAD),
         max_length_m=single(LIMIT_SHARE * problem.max_length_m),
-        obstacles=jax.tree.map(single, problem.obstacles.listed(workspace.box_min_m, workspace.box_max_m)),
-        fence=jax.tree.map(single, fence),
+        obstacles=jax.tree.map(on_the_device, problem.obstacles.listed(workspace.box_min_m, workspace.box_max_m)),
+        fence=jax.tree.map(on_the_device, fence),
         keep_out_m=single(problem.keep_out_m + slack_m),
         slack_m=single(slack_m),
         samples_per_segment=samples_per_segment,

@@ -31,6 +31,7 @@ from jaxtyping import Array, Float
 from scipy.special import factorial
 
 from planner.problem import Covered, MetricWeights
+from planner.single_precision import single
 
 MOST_WRITTEN_OUT = 64
 """So many products of two modes at most are written out: more take longer than a product of matrices."""
@@ -75,10 +76,10 @@ class SpectralMetric(eqx.Module):
         share = 0.0 if covered is None else covered.duration_s / (covered.duration_s + duration_s)
         mean = np.zeros(target.shape) if covered is None else covered.mean_basis
         return cls(
-            jnp.asarray(mode_weights(target.shape, weights), jnp.float32),
-            jnp.asarray(target, jnp.float32),
-            jnp.asarray(mean, jnp.float32),
-            jnp.asarray(share, jnp.float32),
+            single(mode_weights(target.shape, weights)),
+            single(target),
+            single(mean),
+            single(share),
         )
 
     def __call__(self, position_unit: Float[Array, "time 3"], time_weight: Float[Array, "time"]) -> Float[Array, ""]:

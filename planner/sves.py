@@ -23,6 +23,7 @@ from planner.polish import Particles
 from planner.priors import Prior
 from planner.problem import Kernel
 from planner.scene import Scene
+from planner.single_precision import single
 
 INVERSE_TEMPERATURE = 10.0
 STEP_SIZE = 0.5
@@ -60,7 +61,7 @@ def descended(
     Returns:
         The candidates' free control points and the steps taken.
     """
-    particles = begins = jnp.asarray(seeds, jnp.float32)
+    particles = begins = single(seeds)
     taken = 0
     for steps in portions:
         particles = jax.block_until_ready(_descended(scene, particles, kernel, begins, prior, jnp.int32(steps)))

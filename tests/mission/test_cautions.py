@@ -122,9 +122,14 @@ def test_the_time_of_the_solver_is_told_without_that_of_compiling(planned, capsy
 
 
 def test_what_a_plan_should_not_be_is_said_before_it_is_flown(sound, planned, tmp_path, monkeypatch):
-    worse = dataclasses.replace(planned, plan=dataclasses.replace(planned.plan, lawnmower_ergodic_metric=0.001))
+    impatient = planned.mission.link.model_copy(update={"ready_timeout_s": 1.0})
+    worse = dataclasses.replace(
+        planned,
+        mission=planned.mission.model_copy(update={"link": impatient}),
+        plan=dataclasses.replace(planned.plan, lawnmower_ergodic_metric=0.001),
+    )
     monkeypatch.setattr("mission.planning.plan", lambda *_, **__: worse)
-    nobody = ["--link", "udp://127.0.0.1:1", "--set", "link.ready_timeout_s=1.0", "--out", str(tmp_path / "flight")]
+    nobody = ["--link", "udp://127.0.0.1:1", "--out", str(tmp_path / "flight")]
     result = CliRunner().invoke(app, ["fly", str(sound), *nobody])
     assert result.exit_code == 1
     assert "! a lawnmower of the same length explores better" in result.stderr

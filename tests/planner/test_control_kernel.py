@@ -3,6 +3,7 @@
 import dataclasses
 import functools
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -19,6 +20,7 @@ from planner.priors import GaussianPrior
 from planner.problem import Covered, MetricWeights
 from planner.spectral_metric import SpectralMetric
 from planner.workspace import Workspace
+from tests.planner.compiled import value_and_slope_of, value_of
 from tests.planner.finite_differences import numeric_gradient
 
 WORKSPACE = Workspace(np.array([0.0, 0.0, 0.0]), np.array([100.0, 100.0, 40.0]))
@@ -83,9 +85,13 @@ def wandering(count: int, seed: int) -> np.ndarray:
     return 0.5 + 0.35 * np.sin(np.linspace(0.0, 4.0, count)[:, None] * np.array([1.0, 1.7, 2.3]) + phase)
 
 
+@eqx.filter_jit
+def with_covered(wanted: KernelMetric, past: jax.Array, share: float) -> KernelMetric:
+    return wanted.with_covered(jnp.mean(jax.vmap(wanted.basis)(past), axis=0), jnp.asarray(share))
+
+
 def remembering(wanted: KernelMetric, past: np.ndarray, share: float) -> KernelMetric:
-    mean = np.mean(jax.vmap(wanted.basis)(jnp.asarray(past, jnp.float32)), axis=0)
-    return wanted.with_covered(jnp.asarray(mean), jnp.asarray(share))
+    return with_covered(wanted, past.astype(wanted.variance.dtype), share)
 
 
 @functools.cache
@@ -110,7 +116,7 @@ def test_with_memory_the_metric_is_the_double_sum_over_the_whole_flight() -> Non
     past, ahead = wandering(60, 0), wandering(20, 1)
     whole = np.concatenate([past, ahead])
     remembered = remembering(metric(), past, 0.75)
-    found = float(remembered(jnp.asarray(ahead, jnp.float32), jnp.full(20, 1.0 / 20.0)))
+    found = float(value_of(remembered, ahead, np.full(20, 1.0 / 20.0)))
     assert found == pytest.approx(double_loop(whole), abs=3e-3 * own_share(whole))
     assert abs(double_loop(whole) - double_loop(ahead)) > 0.1 * own_share(whole)
 
@@ -120,32 +126,30 @@ def test_the_gradient_with_memory_equals_finite_differences() -> None:
         built: KernelMetric = jax.tree.map(lambda leaf: leaf.astype(jnp.float64), metric())
         remembered = remembering(built, wandering(60, 0), 0.75)
         ahead, weight = jnp.asarray(wandering(8, 1)), jnp.full(8, 1.0 / 8.0)
-        gradient = np.asarray(jax.grad(lambda x: remembered(x, weight))(ahead)).ravel()
+        gradient = np.asarray(value_and_slope_of(remembered, ahead, weight)[1]).ravel()
         numeric = numeric_gradient(lambda x: remembered(x, weight), ahead)
         np.testing.assert_allclose(gradient, numeric, rtol=1e-5, atol=1e-6 * np.abs(gradient).max())
 
 
 def test_a_flight_in_two_halves_is_the_flight_in_one() -> None:
     first, second = wandering(40, 2), wandering(40, 3)
-    whole = jnp.asarray(np.concatenate([first, second]), jnp.float32)
-    weight = jnp.full(80, 1.0 / 80.0)
-    at_once, slope = jax.value_and_grad(lambda x: metric()(x, weight))(whole)
+    whole = np.concatenate([first, second])
+    at_once, slope = value_and_slope_of(metric(), whole, np.full(80, 1.0 / 80.0))
     remembered = remembering(metric(), first, 0.5)
-    halves, second_slope = jax.value_and_grad(lambda x: remembered(x, jnp.full(40, 1.0 / 40.0)))(whole[40:])
-    scale = own_share(np.asarray(whole, dtype=float))
+    halves, second_slope = value_and_slope_of(remembered, whole[40:], np.full(40, 1.0 / 40.0))
+    scale = own_share(whole)
     assert float(halves) == pytest.approx(float(at_once), abs=2e-3 * scale)
     np.testing.assert_allclose(second_slope, slope[40:], atol=5e-3 * float(jnp.abs(slope).max()))
 
 
 def test_an_axis_that_does_not_count_is_not_remembered() -> None:
     flat = kernel_metric(places(*PLACES), counts=(True, True, False), variance_unit2=VARIANCE)
-    past, ahead = wandering(60, 0), jnp.asarray(wandering(20, 1), jnp.float32)
-    weight = jnp.full(20, 1.0 / 20.0)
+    past, ahead, weight = wandering(60, 0), wandering(20, 1), np.full(20, 1.0 / 20.0)
     low, high = (remembering(flat, past * [1.0, 1.0, 0.0] + [0.0, 0.0, height], 0.75) for height in (0.1, 0.9))
-    assert float(low(ahead, weight)) == pytest.approx(float(high(ahead, weight)), rel=1e-5)
-    whole = jnp.concatenate([jnp.asarray(past, jnp.float32), ahead])
-    expected = float(flat(whole, jnp.full(80, 1.0 / 80.0)))
-    assert float(low(ahead, weight)) == pytest.approx(expected, rel=1e-2)
+    lower = float(value_of(low, ahead, weight))
+    assert lower == pytest.approx(float(value_of(high, ahead, weight)), rel=1e-5)
+    expected = float(value_of(flat, np.concatenate([past, ahead]), np.full(80, 1.0 / 80.0)))
+    assert lower == pytest.approx(expected, rel=1e-2)
 
 
 def test_a_flight_visits_both_places_around_the_sphere_without_a_violation() -> None:

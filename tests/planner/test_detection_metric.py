@@ -18,6 +18,7 @@ from planner.solver import Stage, _Work, solve
 from planner.time_budget import TimeBudget
 from planner.trajectory import Motion
 from planner.workspace import Workspace
+from tests.planner.compiled import value_and_slope_of, value_of
 
 BOX = Workspace(np.array([0.0, 0.0, 10.0]), np.array([600.0, 400.0, 50.0]))
 PRIOR = gaussians(
@@ -49,7 +50,7 @@ def length_m(path_unit: np.ndarray) -> float:
 def test_what_it_finds_is_what_sweeps_counted_one_by_one_find(count: int) -> None:
     path = rows(count)
     metric = DetectionMetric.of(SEARCH, length_m(path), length_m(path) / len(path))
-    found = float(metric.most_found) - float(metric(jnp.asarray(path, jnp.float32), jnp.ones(len(path))))
+    found = float(metric.most_found) - float(value_of(metric, path, np.ones(len(path))))
     assert found == pytest.approx(SEARCH.probability_found(BOX.enu_from_unit(path)), rel=0.1)
 
 
@@ -58,11 +59,11 @@ def test_nothing_of_that_length_is_below_zero() -> None:
     for count in (4, 10, 30):
         path = rows(count)
         metric = DetectionMetric.of(SEARCH, length_m(path), length_m(path) / len(path))
-        assert float(metric(jnp.asarray(path, jnp.float32), jnp.ones(len(path)))) > 0.0
+        assert float(value_of(metric, path, np.ones(len(path)))) > 0.0
     # What optimal effort itself finds, put down as mass: the bound is met, not undercut.
     peak = np.tile([0.25, 0.3, 0.5], (200, 1)) + rng.normal(0.0, 0.02, (200, 3))
     metric = DetectionMetric.of(SEARCH, length_m(peak), length_m(peak) / len(peak))
-    assert float(metric(jnp.asarray(peak, jnp.float32), jnp.ones(200))) > 0.0
+    assert float(value_of(metric, peak, np.ones(200))) > 0.0
 
 
 def test_its_gradient_is_that_of_finite_differences() -> None:
@@ -73,10 +74,10 @@ def test_its_gradient_is_that_of_finite_differences() -> None:
     along = smooth / np.abs(smooth).max() * np.array([1.0, 1.0, 0.0])
 
     def figure(step: float) -> float:
-        return float(metric(jnp.asarray(path + step * along, jnp.float32), jnp.ones(len(path))))
+        return float(value_of(metric, path + step * along, np.ones(len(path))))
 
-    gradient = jax.grad(lambda points: metric(points, jnp.ones(len(path))))(jnp.asarray(path, jnp.float32))
-    assert float(jnp.sum(gradient * along)) == pytest.approx((figure(5e-4) - figure(-5e-4)) / 1e-3, rel=0.02)
+    _, gradient = value_and_slope_of(metric, path, np.ones(len(path)))
+    assert float(np.sum(gradient * along)) == pytest.approx((figure(5e-4) - figure(-5e-4)) / 1e-3, rel=0.02)
 
 
 def test_cells_that_do_not_divide_evenly_lose_nothing() -> None:

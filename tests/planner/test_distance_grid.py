@@ -155,7 +155,8 @@ def test_single_precision_and_derivatives_agree_with_the_host() -> None:
     )
     points = rng.uniform(-3.0, 12.0, (400, 3))
     exact = field.distance(points)
-    value, slope = jax.jit(jax.vmap(jax.value_and_grad(as_jax(field).distance)))(jnp.asarray(points, jnp.float32))
+    measured = jax.jit(jax.vmap(jax.value_and_grad(as_jax(field).distance)))
+    value, slope = measured(points)
     np.testing.assert_allclose(value, exact, atol=1e-4)
     step = 1e-5
     difference = np.stack(
@@ -163,8 +164,8 @@ def test_single_precision_and_derivatives_agree_with_the_host() -> None:
     )
     close = np.abs(np.asarray(slope) - difference).max(axis=1) < 1e-3
     assert close.mean() > 0.98
-    nodes = jnp.asarray([[0.0, 0, 0], [3.0, 2.0, 1.0], [-0.25, -0.25, -0.25], [50.0, 50.0, 50.0]])
-    assert np.isfinite(jax.vmap(jax.grad(as_jax(field).distance))(nodes)).all()
+    nodes = np.array([[0.0, 0, 0], [3.0, 2.0, 1.0], [-0.25, -0.25, -0.25], [50.0, 50.0, 50.0]])
+    assert np.isfinite(measured(nodes)[1]).all()
 
 
 def test_the_gate_proves_clearance_against_a_grid_as_against_the_shape() -> None:

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -9,7 +10,7 @@ import pytest
 from scipy.special import i0e
 from scipy.stats import multivariate_normal, norm
 
-from planner.density_field import density_at_centers, grid_field, kernel_sum
+from planner.density_field import density_at, density_at_centers, grid_field, kernel_sum
 from planner.information import DensityGrid, gaussians, uniform
 from planner.judging import Judge
 from planner.kernel_metric import Attraction, KernelMetric, kernel_metric, pose_metric, sampled
@@ -21,6 +22,7 @@ from planner.scene import scene_of
 from planner.spectral_metric import mean_basis
 from planner.trajectory import Motion
 from planner.workspace import Workspace
+from tests.planner.compiled import value_and_slope_of, value_of
 from tests.planner.finite_differences import numeric_gradient
 
 WORKSPACE = Workspace(np.array([-10.0, 0.0, 5.0]), np.array([30.0, 20.0, 25.0]))
@@ -61,7 +63,7 @@ def test_the_metric_is_the_papers_double_sum(peak: DensityGrid, attraction: Attr
     blur = VARIANCE if attraction is Attraction.BLURRED else 0.0 * VARIANCE
     density = normal(points, MEAN_UNIT, STD_UNIT**2 + blur)
     constant = float(normal(MEAN_UNIT, MEAN_UNIT, 2.0 * STD_UNIT**2 + blur))
-    found = float(metric(jnp.asarray(points, jnp.float32), jnp.asarray(weight, jnp.float32)))
+    found = float(value_of(metric, points, weight))
     scale = double_loop(points, weight, 0.0 * density, 0.0, VARIANCE)
     assert found == pytest.approx(double_loop(points, weight, density, constant, VARIANCE), abs=3e-3 * scale)
 
@@ -79,8 +81,8 @@ def test_the_gradient_equals_autodiff_of_the_double_sum(peak: DensityGrid) -> No
         mutual = density(x[:, None], x[None], jnp.asarray(VARIANCE, jnp.float32))
         return weight @ mutual @ weight - 2.0 * weight @ density(x, jnp.asarray(MEAN_UNIT, jnp.float32), spread)
 
-    expected = np.asarray(jax.grad(naive)(points))
-    found = np.asarray(jax.jit(jax.grad(lambda x: metric(x, weight)))(points))
+    expected = np.asarray(jax.jit(jax.grad(naive))(points))
+    found = np.asarray(value_and_slope_of(metric, points, weight)[1])
     np.testing.assert_allclose(found, expected, atol=4e-3 * np.abs(expected).max())
 
 
@@ -89,7 +91,7 @@ def test_samples_of_the_density_score_near_zero_and_others_do_not(peak: DensityG
     weight = jnp.full(3000, 1.0 / 3000.0)
     fair = jnp.asarray(sampled(peak, 3000, np.random.default_rng(0)), jnp.float32)
     elsewhere = jnp.asarray(path(3000), jnp.float32)
-    assert 0.0 < float(metric(fair, weight)) < 0.02 * float(metric(elsewhere, weight))
+    assert 0.0 < float(value_of(metric, fair, weight)) < 0.02 * float(value_of(metric, elsewhere, weight))
 
 
 def test_blurred_attraction_lets_a_uniform_path_rest_and_the_printed_one_drives_it_to_the_walls() -> None:
@@ -105,9 +107,10 @@ def test_blurred_attraction_lets_a_uniform_path_rest_and_the_printed_one_drives_
             counts=(True, True, False),
             variance_unit2=np.full(3, 4e-3),
         )
-        descent = -900.0 * np.asarray(jax.grad(lambda x: metric(x, weight))(points))
+        value, slope = value_and_slope_of(metric, points, weight)
+        descent = -900.0 * np.asarray(slope)
         inside = np.abs(lattice[:, :2] - 0.5).max(axis=1) < 0.44
-        return float(np.abs((descent * outward)[inside]).max()), float(metric(points, weight))
+        return float(np.abs((descent * outward)[inside]).max()), float(value)
 
     blurred, value = pull_outward(Attraction.BLURRED)
     printed, _ = pull_outward(Attraction.AS_PRINTED)
@@ -121,8 +124,8 @@ def test_an_axis_that_does_not_count_takes_no_part() -> None:
     points = path()
     raised = points + np.array([0.0, 0.0, 0.13])
     weight = jnp.full(40, 1.0 / 40.0)
-    value, gradient = jax.value_and_grad(lambda x: metric(x, weight))(jnp.asarray(points, jnp.float32))
-    assert float(metric(jnp.asarray(raised, jnp.float32), weight)) == pytest.approx(float(value), rel=1e-5)
+    value, gradient = value_and_slope_of(metric, points, weight)
+    assert float(value_of(metric, raised, weight)) == pytest.approx(float(value), rel=1e-5)
     np.testing.assert_array_equal(np.asarray(gradient)[:, 2], 0.0)
 
 
@@ -132,11 +135,11 @@ def test_memory_makes_the_whole_flight_one_measure(peak: DensityGrid) -> None:
     flown = Covered(np.zeros((2, 2, 2)), duration_s=60.0, places=past)
     remembered = kernel_metric(peak, variance_unit2=VARIANCE, covered=flown, duration_s=40.0)
     plain = kernel_metric(peak, variance_unit2=VARIANCE)
-    whole = jnp.asarray(np.concatenate([past, future]), jnp.float32)
-    weight = jnp.asarray(np.r_[np.full(30, share / 30), np.full(20, (1.0 - share) / 20)], jnp.float32)
+    whole = np.concatenate([past, future])
+    weight = np.r_[np.full(30, share / 30), np.full(20, (1.0 - share) / 20)]
     horizon = jnp.full(20, 1.0 / 20.0)
-    found, slope = jax.value_and_grad(lambda x: remembered(x, horizon))(whole[30:])
-    expected, whole_slope = jax.value_and_grad(lambda x: plain(x, weight))(whole)
+    found, slope = value_and_slope_of(remembered, whole[30:], horizon)
+    expected, whole_slope = value_and_slope_of(plain, whole, weight)
     assert float(found) == pytest.approx(float(expected), rel=1e-2)
     np.testing.assert_allclose(slope, whole_slope[30:], atol=1e-2 * np.abs(whole_slope).max())
 
@@ -157,9 +160,9 @@ def test_memory_is_as_sharp_as_the_kernel_however_few_modes_there_are(ahead: tup
     flown = Covered(mean_basis(past, np.full(300, 1.0 / 300.0), modes), 60.0, places=past)
     remembered = kernel_metric(information, counts=flat, covered=flown, duration_s=60.0)
     whole, weight = np.concatenate([past, future])[:, :2], np.r_[np.full(300, 1.0 / 600.0), np.full(200, 1.0 / 400.0)]
-    density = np.asarray(plain.attraction(jnp.asarray(np.concatenate([past, future]), jnp.float32))[0], dtype=float)
+    density = np.asarray(density_at(plain.attraction, np.concatenate([past, future]))[0], dtype=float)
     exact = double_loop(whole, weight, density, float(plain.constant), theta)
-    found = float(remembered(jnp.asarray(future, jnp.float32), jnp.full(200, 1.0 / 200.0)))
+    found = float(value_of(remembered, future, np.full(200, 1.0 / 200.0)))
     assert found == pytest.approx(exact, rel=0.01, abs=0.01)
 
 
@@ -171,10 +174,10 @@ def test_memory_of_poses_makes_the_whole_flight_one_measure() -> None:
     theta, share = np.array([5e-3, 5e-3, 5e-3, 0.2]), 0.6
     plain = pose_metric(poses, np.ones(50), variance=theta)
     remembered = pose_metric(poses, np.ones(50), variance=theta, covered=poses[:30] + 0.1, covered_share=share)
-    whole = jnp.asarray(np.concatenate([poses[:30] + 0.1, poses[30:]]), jnp.float32)
-    weight = jnp.asarray(np.r_[np.full(30, share / 30), np.full(20, (1.0 - share) / 20)], jnp.float32)
-    expected, whole_slope = jax.value_and_grad(lambda x: plain(x, weight))(whole)
-    found, slope = jax.value_and_grad(lambda x: remembered(x, jnp.full(20, 0.05)))(whole[30:])
+    whole = np.concatenate([poses[:30] + 0.1, poses[30:]])
+    weight = np.r_[np.full(30, share / 30), np.full(20, (1.0 - share) / 20)]
+    expected, whole_slope = value_and_slope_of(plain, whole, weight)
+    found, slope = value_and_slope_of(remembered, whole[30:], np.full(20, 0.05))
     assert float(found) == pytest.approx(float(expected), rel=1e-4)
     np.testing.assert_allclose(slope, whole_slope[30:], atol=1e-5 * np.abs(whole_slope).max())
 
@@ -183,7 +186,7 @@ def test_many_samples_are_summed_in_pieces_to_the_same_result(peak: DensityGrid)
     metric = kernel_metric(peak, variance_unit2=VARIANCE)
     points = path(40)
     repeated = jnp.asarray(np.tile(points, (25, 1)), jnp.float32)
-    once = float(metric(jnp.asarray(points, jnp.float32), jnp.full(40, 1.0 / 40.0)))
+    once = float(value_of(metric, points, np.full(40, 1.0 / 40.0)))
     compiled = jax.jit(jax.value_and_grad(metric.__call__)).lower(repeated, jnp.full(1000, 1e-3)).compile()
     assert float(compiled(repeated, jnp.full(1000, 1e-3))[0]) == pytest.approx(once, rel=1e-3)
     assert compiled.memory_analysis().temp_size_in_bytes < 1000 * 1000 * 4
@@ -237,7 +240,7 @@ def test_metrics_of_informations_of_different_width_serve_one_compilation() -> N
 def test_a_blurred_grid_is_the_convolution(peak: DensityGrid) -> None:
     field = grid_field(peak.mass, VARIANCE)
     points = path(50)
-    value, slope = field(jnp.asarray(points, jnp.float32))
+    value, slope = density_at(field, points)
     expected = normal(points, MEAN_UNIT, STD_UNIT**2 + VARIANCE)
     np.testing.assert_allclose(value, expected, atol=2e-3 * expected.max())
     numeric = -expected[:, None] * (points - MEAN_UNIT) / (STD_UNIT**2 + VARIANCE)
@@ -249,8 +252,7 @@ def test_a_blurred_grid_is_the_convolution(peak: DensityGrid) -> None:
 def test_the_gradient_of_a_grid_is_continuous_across_its_nodes(peak: DensityGrid) -> None:
     field = grid_field(peak.mass)
     node = np.asarray(field.low + 40 * field.spacing)
-    either_side = jnp.asarray(np.stack([node - 1e-5, node + 1e-5]), jnp.float32)
-    _, slope = field(either_side)
+    _, slope = density_at(field, np.stack([node - 1e-5, node + 1e-5]))
     np.testing.assert_allclose(slope[0], slope[1], rtol=2e-2, atol=1e-2)
 
 
@@ -271,7 +273,7 @@ def test_the_heading_wraps_like_the_circle_does() -> None:
     points = jnp.asarray(np.stack([np.full(57, 0.5)] * 3 + [angle], axis=-1), jnp.float32)
     center = jnp.asarray([[0.5, 0.5, 0.5, 0.3]])
     theta = jnp.asarray([1.0 / (2.0 * np.pi)] * 3 + [variance])
-    density, slope = kernel_sum(points, center, jnp.ones(1), theta, True)
+    density, slope = jax.jit(kernel_sum, static_argnums=4)(points, center, jnp.ones(1), theta, True)
     images = (angle - 0.3)[:, None] + 2.0 * np.pi * np.arange(-6, 7)
     np.testing.assert_allclose(density, norm.pdf(images, scale=0.5).sum(axis=1), rtol=1e-4, atol=1e-6)
     expected = (-images / variance * norm.pdf(images, scale=0.5)).sum(axis=1)
@@ -287,13 +289,12 @@ def test_poses_draw_a_path_to_their_place_and_their_heading() -> None:
         [generator.normal(0.5, 0.08, size=(300, 3)), generator.normal(3.0, 0.3, size=(300, 1))], axis=1
     )
     metric = pose_metric(poses, np.ones(300))
-    weight = jnp.full(300, 1.0 / 300.0)
-    value = jax.jit(lambda x: metric(x, weight))
+    weight = np.full(300, 1.0 / 300.0)
     facing_away = poses + np.array([0.0, 0.0, 0.0, np.pi])
     a_turn_on = poses + np.array([0.0, 0.0, 0.0, 2.0 * np.pi])
-    fair = float(value(jnp.asarray(poses, jnp.float32)))
-    assert float(value(jnp.asarray(a_turn_on, jnp.float32))) == pytest.approx(fair, rel=1e-2)
-    assert float(value(jnp.asarray(facing_away, jnp.float32))) > 5.0 * fair
+    fair = float(value_of(metric, poses, weight))
+    assert float(value_of(metric, a_turn_on, weight)) == pytest.approx(fair, rel=1e-2)
+    assert float(value_of(metric, facing_away, weight)) > 5.0 * fair
     assert (np.asarray(metric.variance) > 0.0).all()
 
 
@@ -306,7 +307,7 @@ def test_the_gradient_of_poses_equals_finite_differences() -> None:
         built = pose_metric(poses, generator.uniform(size=20), covered=poses[:5] + 0.1, covered_share=0.3)
         metric: KernelMetric = jax.tree.map(lambda leaf: leaf.astype(jnp.float64), built)
         points, weight = jnp.asarray(poses[:6] + 0.05), jnp.asarray(generator.dirichlet(np.ones(6)))
-        gradient = np.asarray(jax.grad(lambda x: metric(x, weight))(points)).ravel()
+        gradient = np.asarray(value_and_slope_of(metric, points, weight)[1]).ravel()
         numeric = numeric_gradient(lambda x: metric(x, weight), points)
         np.testing.assert_allclose(gradient, numeric, rtol=1e-5, atol=1e-6 * np.abs(gradient).max())
 
@@ -340,7 +341,7 @@ def test_the_solver_and_its_judge_measure_alike_and_leave_out_the_same_axes() ->
     assert isinstance(scene.metric, KernelMetric)
     points = path(60, 4)
     judged = Judge(problem, options).ergodic_metric(WORKSPACE.enu_from_unit(points))
-    assert float(scene.ergodic_metric(jnp.asarray(points, jnp.float32))) == pytest.approx(judged, rel=1e-4)
+    assert float(eqx.filter_jit(scene.ergodic_metric)(points)) == pytest.approx(judged, rel=1e-4)
     np.testing.assert_array_equal(scene.metric.counts, [1.0, 1.0, 0.0])
 
 
@@ -364,8 +365,8 @@ def test_neighbours_closer_than_the_kernel_can_tell_are_taken_together_at_little
     points = jnp.asarray(0.5 + 0.2 * np.sin(turn * np.array([1.0, 2.0, 3.0])), jnp.float32)
     weight = jnp.full(400, 1.0 / 400.0)
     together = dataclasses.replace(metric, together=4)
-    expected, slope = jax.value_and_grad(metric.__call__)(points, weight)
-    found, pooled_slope = jax.value_and_grad(together.__call__)(points, weight)
+    expected, slope = value_and_slope_of(metric, points, weight)
+    found, pooled_slope = value_and_slope_of(together, points, weight)
     assert float(found) == pytest.approx(float(expected), rel=5e-3)
     of_each_four = jnp.repeat(slope.reshape(100, 4, 3).mean(axis=1), 4, axis=0)
     np.testing.assert_allclose(pooled_slope, of_each_four, atol=0.1 * float(jnp.abs(slope).max()))

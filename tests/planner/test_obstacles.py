@@ -141,7 +141,7 @@ def test_its_derivative_is_the_difference_of_nearby_distances() -> None:
     difference = np.stack(
         [(field.distance(points + d) - field.distance(points - d)) / (2.0 * step) for d in step * np.eye(3)], axis=-1
     )
-    slope = jax.vmap(jax.grad(as_jax(field).distance))(jnp.asarray(points, jnp.float32))
+    slope = jax.jit(jax.vmap(jax.grad(as_jax(field).distance)))(points)
     # On the ridges between two nearest places the two differ; they are thin.
     smooth = np.abs(np.linalg.norm(difference, axis=1) - 1.0) < 1e-6
     assert smooth.mean() > 0.99
@@ -164,7 +164,7 @@ def test_derivatives_are_finite_where_the_formulas_are_singular() -> None:
         [-8.0, -8.0, 1.0],  # its inner corner
         [-9.0, -9.0, 1.0],  # inside, as far from two walls
     ]
-    value, slope = jax.vmap(jax.value_and_grad(as_jax(field).distance))(jnp.array(singular, jnp.float32))
+    value, slope = jax.jit(jax.vmap(jax.value_and_grad(as_jax(field).distance)))(np.array(singular))
     assert np.isfinite(value).all()
     assert np.isfinite(slope).all()
     assert (np.linalg.norm(slope, axis=1) <= 1.0 + 1e-5).all()

@@ -2,6 +2,7 @@
 
 import dataclasses
 
+import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -19,6 +20,7 @@ from planner.scene import TURN_RAD, free_from_control, knots_for, scene_of, traj
 from planner.solver import solve
 from planner.trajectory import Motion, Trajectory, Turning
 from planner.yaw import along_travel, headings
+from tests.planner.compiled import value_of
 from tests.planner.worlds import open_box, two_peaks
 
 OPTIONS = Options(candidates=2, modes=(4, 4, 1), metric=Metric.KERNEL, heading=HeadingRule.EXPLORED)
@@ -87,7 +89,7 @@ def test_the_metric_of_poses_is_what_its_definition_says() -> None:
     generator = np.random.default_rng(3)
     points = np.column_stack([generator.uniform(size=(40, 3)), generator.uniform(-9.0, 9.0, size=40)])
     theta = np.asarray(metric.variance, dtype=float)[[0, 1, 3]]
-    found = float(metric(jnp.asarray(points, jnp.float32), jnp.full(40, 1.0 / 40)))
+    found = float(value_of(metric, points, np.full(40, 1.0 / 40)))
     # The independent figure takes ∫p·P from four hundred draws.
     assert found == pytest.approx(dense_metric(problem, points[:, [0, 1, 3]], theta), rel=0.05)
 
@@ -96,17 +98,17 @@ def test_whole_turns_change_nothing() -> None:
     metric = metric_of_poses(problem_with(), OPTIONS)
     points = np.random.default_rng(4).uniform(size=(30, 4)).astype(np.float32)
     turned = points + np.array([0.0, 0.0, 0.0, 2.0 * TURN_RAD], np.float32)
-    weight = jnp.full(30, 1.0 / 30)
-    assert float(metric(jnp.asarray(turned), weight)) == pytest.approx(float(metric(jnp.asarray(points), weight)), 1e-4)
+    weight = np.full(30, 1.0 / 30)
+    assert float(value_of(metric, turned, weight)) == pytest.approx(float(value_of(metric, points, weight)), 1e-4)
 
 
 def test_what_was_covered_and_what_is_left_are_measured_as_one_flight() -> None:
     problem = problem_with()
     poses = np.random.default_rng(5).uniform(size=(60, 4)) * [1.0, 1.0, 1.0, TURN_RAD]
-    whole = metric_of(problem, OPTIONS)(jnp.asarray(poses, jnp.float32), jnp.full(60, 1.0 / 60))
+    whole = value_of(metric_of(problem, OPTIONS), poses, np.full(60, 1.0 / 60))
     covered = Covered(np.zeros(OPTIONS.modes), DURATION_S, poses[:40])
     left = dataclasses.replace(problem, covered=covered, duration_s=0.5 * DURATION_S)
-    rest = metric_of(left, OPTIONS)(jnp.asarray(poses[40:], jnp.float32), jnp.full(20, 1.0 / 20))
+    rest = value_of(metric_of(left, OPTIONS), poses[40:], np.full(20, 1.0 / 20))
     assert float(rest) == pytest.approx(float(whole), rel=1e-4)
     with pytest.raises(ValueError, match=r"give Covered\.poses"):
         metric_of(dataclasses.replace(left, covered=Covered(np.zeros(OPTIONS.modes), 1.0)), OPTIONS)
@@ -119,31 +121,30 @@ def test_headings_are_explored_only_with_a_metric_that_knows_them() -> None:
 
 @pytest.mark.parametrize("kernel", [Kernel.RBF, Kernel.MARKOV, Kernel.SIGNATURE])
 def test_kernels_compare_headings_on_a_circle(kernel: Kernel) -> None:
-    particles = jnp.asarray(np.random.default_rng(6).uniform(size=(4, 9, 4)), jnp.float32)
-    turned = particles.at[1, :, 3].add(3.0)
-    gram, repulsion = kernels.kernel_terms(kernel, particles, wraps=True)
-    again, pushed = kernels.kernel_terms(kernel, turned, wraps=True)
+    particles = np.random.default_rng(6).uniform(size=(4, 9, 4)).astype(np.float32)
+    turned = particles.copy()
+    turned[1, :, 3] += 3.0
+    terms = jax.jit(lambda x: kernels.kernel_terms(kernel, x, wraps=True))
+    gram, repulsion = terms(particles)
+    again, pushed = terms(turned)
     np.testing.assert_allclose(gram, again, atol=1e-4)
-    np.testing.assert_allclose(repulsion, pushed, atol=1e-3 * float(jnp.abs(repulsion).max()))
+    np.testing.assert_allclose(repulsion, pushed, atol=1e-3 * float(np.abs(repulsion).max()))
 
 
 def test_repulsion_of_headings_is_the_gradient_of_the_kernel() -> None:
     particles = np.random.default_rng(7).uniform(size=(5, 8, 4)).astype(np.float32)
-    gram, repulsion = kernels.kernel_terms(Kernel.RBF, jnp.asarray(particles), wraps=True)
+    gram, repulsion = jax.jit(lambda x: kernels.kernel_terms(Kernel.RBF, x, wraps=True))(particles)
 
     def squared(one: jax.Array, other: jax.Array) -> jax.Array:
         # A chord of the circle whose circumference is one.
         chord = jnp.sin(jnp.pi * (one[:, 3] - other[:, 3])) / jnp.pi
         return jnp.sum((one[:, :3] - other[:, :3]) ** 2) + jnp.sum(chord**2)
 
-    bandwidth = -squared(particles[0], particles[1]) / jnp.log(gram[0, 1])
+    bandwidth = -squared(particles[0], particles[1]) / np.log(gram[0, 1])
+    slope = jax.jit(jax.grad(lambda one, other: jnp.exp(-squared(one, other) / bandwidth)))
     for on in range(5):
-        by_hand = sum(
-            jax.grad(lambda one, on=on: jnp.exp(-squared(one, particles[on]) / bandwidth))(particles[by])
-            for by in range(5)
-            if by != on
-        )
-        np.testing.assert_allclose(repulsion[on], by_hand, atol=2e-4 * float(jnp.abs(repulsion).max()))
+        by_hand = sum(slope(particles[by], particles[on]) for by in range(5) if by != on)
+        np.testing.assert_allclose(repulsion[on], by_hand, atol=2e-4 * float(np.abs(repulsion).max()))
 
 
 def test_a_heading_is_a_spline_over_the_same_knots() -> None:
@@ -203,11 +204,13 @@ def test_the_optimisers_heading_is_the_heading_that_is_flown(start: Turning | No
     goes_on = 0.0 if start is None else start.yaw_rad + start.yaw_rate_radps * problem.duration_s / segments
     free[:, 3] = goes_on / TURN_RAD + np.cumsum(most * steps)
     scene = scene_of(problem, OPTIONS, segments, per_segment)
-    control = scene.control_points(jnp.asarray(free, jnp.float32))
+    control = eqx.filter_jit(scene.control_points)(free)
     np.testing.assert_allclose(free_from_control(np.asarray(control))[:-1], free[:-1], atol=1e-6)
     curve = trajectory_of(problem, free)
     middles = (np.arange(segments * per_segment) + 0.5) * DURATION_S / (segments * per_segment)
-    np.testing.assert_allclose(TURN_RAD * scene.positions(control)[:, 3], planned(curve, middles), atol=1e-4)
+    np.testing.assert_allclose(
+        TURN_RAD * np.asarray(eqx.filter_jit(scene.positions)(control))[:, 3], planned(curve, middles), atol=1e-4
+    )
     if start is not None:
         early = planned(curve, np.array([0.0, 1e-4]))
         assert early[0] == pytest.approx(start.yaw_rad, abs=1e-12)
