@@ -2,6 +2,9 @@
 
 import queue
 import time
+from collections.abc import Iterator
+
+import pytest
 
 from sim_bridge.codec import Codec, frames_in, mavlink
 from sim_bridge.link.client import Link
@@ -48,28 +51,32 @@ class Hesitating:
         """Nothing to let go of."""
 
 
-def test_what_comes_before_the_last_answer_does_no_harm():
-    wire = Hesitating()
+@pytest.fixture(scope="module")
+def wire() -> Hesitating:
+    return Hesitating()
+
+
+@pytest.fixture(scope="module")
+def link(wire: Hesitating) -> Iterator[Link]:
     link = Link(wire, GeodeticPoint(47.3977, 8.5456, 488.0))
     try:
         link.wait_heard(10.0)
-        assert link._commands is not None
-        for count, before in enumerate((mavlink.MAV_RESULT_IN_PROGRESS, 9, 200), start=1):
-            wire.results = (before, before, mavlink.MAV_RESULT_ACCEPTED, before)
-            link._commands._command_long(MODE, 1.0, 4.0, 4.0)
-            # A second answer would end the whole process, a moment after the first.
-            time.sleep(0.5)
-            assert wire.asked == count
+        yield link
     finally:
         link.close()
 
 
-def test_of_a_vehicle_that_tells_nothing_but_that_it_lives_what_is_missing_is_named():
-    link = Link(Hesitating(), GeodeticPoint(47.3977, 8.5456, 488.0))
-    try:
-        link.wait_heard(10.0)
-        waiting = next(timed.event for timed in link.events(10.0))
-        assert isinstance(waiting, Waiting)
-        assert "its local position estimate" in waiting.waiting_for
-    finally:
-        link.close()
+def test_of_a_vehicle_that_tells_nothing_but_that_it_lives_what_is_missing_is_named(link: Link) -> None:
+    waiting = next(timed.event for timed in link.events(10.0))
+    assert isinstance(waiting, Waiting)
+    assert "its local position estimate" in waiting.waiting_for
+
+
+def test_what_comes_before_the_last_answer_does_no_harm(link: Link, wire: Hesitating) -> None:
+    assert link._commands is not None
+    for count, before in enumerate((mavlink.MAV_RESULT_IN_PROGRESS, 9, 200), start=1):
+        wire.results = (before, before, mavlink.MAV_RESULT_ACCEPTED, before)
+        link._commands._command_long(MODE, 1.0, 4.0, 4.0)
+        # A second answer would end the whole process, a moment after the first.
+        time.sleep(0.5)
+        assert wire.asked == count
