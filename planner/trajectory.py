@@ -91,7 +91,7 @@ class Trajectory:
     """A uniform cubic B-spline in time, local ENU metres.
 
     Attributes:
-        control_points_m: Shape (control, 3), at least four.
+        control_points_m: Shape (control, 3), at least four; not to be changed afterwards.
         knot_interval_s: Time between knots, positive.
         start_s: Time of the curve's first point.
         heading_control_rad: Control points of a heading that is planned with the path, counter-clockwise from east,
