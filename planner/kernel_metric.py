@@ -318,8 +318,7 @@ def sampled(information: DensityGrid, count: int, generator: np.random.Generator
 def _sample_field(
     poses: Float[np.ndarray, "sample axis"], share: np.ndarray, variance: np.ndarray, wraps: bool
 ) -> SampleField:
-    arrays = (single(array) for array in (poses, share, variance))
-    return SampleField(*arrays, wraps=wraps)
+    return SampleField(single(poses), single(share), single(variance), wraps=wraps)
 
 
 @jax.custom_vjp

@@ -79,11 +79,8 @@ class Heading:
 
     def at(self, curve_s: float) -> float:
         """The heading at a curve time, counter-clockwise from east, radians."""
-        last = len(self.yaw_rad) - 1
-        place = min(max((curve_s - self.start_s) / _HEADING_INTERVAL_S, 0.0), float(last))
-        before = int(place)
-        yaw_rad, next_rad = self.yaw_rad[before], self.yaw_rad[min(before + 1, last)]
-        return float(yaw_rad + (place - before) * (next_rad - yaw_rad))
+        place = (curve_s - self.start_s) / _HEADING_INTERVAL_S
+        return float(np.interp(place, np.arange(len(self.yaw_rad)), self.yaw_rad))
 
 
 def heading_along(
