@@ -17,6 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from planner.accelerator import BODIES_A_KERNEL, on_a_processor
 from planner.nearest import Distances, grouped
 
 FEW_CELLS, MANY_CELLS = 4096, 32768
@@ -75,7 +76,8 @@ def each_in_turn(
         at_m: Coordinates of the points.
     """
     listed = jnp.arange(bodies, dtype=jnp.int32) if near is None else jnp.moveaxis(near.at(*at_m), -1, 0)
-    return jax.lax.scan(lambda held, number: (look(held, number), None), carry, listed)[0]
+    together = 1 if on_a_processor() else BODIES_A_KERNEL
+    return jax.lax.scan(lambda held, number: (look(held, number), None), carry, listed, unroll=together)[0]
 
 
 def most_cells(padded: int) -> int:

@@ -22,6 +22,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from planner.accelerator import unfused
 from planner.kernel_metric import KernelMetric
 from planner.kernel_metric_of import metric_of
 from planner.obstacles import ObstacleField
@@ -227,9 +228,9 @@ def sample_uniform(control: Float[Array, "control axis"], samples_per_segment: i
     blends = (np.stack([np.ones_like(u), u, u**2, u**3], axis=1) @ BLEND).astype(control.dtype)
     segments = control.shape[0] - 3
     by_axis = control.T
-    shifted = jax.lax.optimization_barrier(tuple(by_axis[:, first : first + segments] for first in range(4)))
+    shifted = unfused(tuple(by_axis[:, first : first + segments] for first in range(4)))
     places = [sum(part * share for part, share in zip(shifted, blend, strict=True)) for blend in blends]
-    by_place = jax.lax.optimization_barrier(jnp.stack(places))
+    by_place = unfused(jnp.stack(places))
     return jnp.transpose(by_place, (2, 0, 1)).reshape(-1, control.shape[1])
 
 

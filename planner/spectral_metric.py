@@ -30,6 +30,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from scipy.special import factorial
 
+from planner.accelerator import on_a_processor, unfused
 from planner.problem import Covered, MetricWeights
 from planner.single_precision import single
 
@@ -156,21 +157,24 @@ def mean_basis(
 def _tables(position: Float[Array, "time"], modes: int) -> tuple[Float[Array, "k time"], Float[Array, "k time"]]:
     """cos(πkw)/h_k and its derivative for one axis.
 
-    One cosine and one sine a sample; the other modes follow by angle addition, doubling the table each round. The
-    barriers keep the compiler from fusing the rounds, which would compute each of them again for every mode: with them
-    the tables cost a third.
+    On a processor there is one cosine and one sine a sample; the other modes follow by angle addition, doubling the
+    table each round. The barriers keep the compiler from fusing the rounds, which would compute each of them again for
+    every mode: with them the tables cost a third. On a GPU all modes are one kernel.
     """
     if modes == 1:
         return jnp.ones_like(position[None]), jnp.zeros_like(position[None])
-    cosine, sine = jax.lax.optimization_barrier(_half_turns(position[None]))
-    while cosine.shape[0] < modes - 1:
-        cos_last, sin_last = cosine[-1:], sine[-1:]
-        cosine, sine = jax.lax.optimization_barrier(
-            (
-                jnp.concatenate([cosine, cosine * cos_last - sine * sin_last]),
-                jnp.concatenate([sine, sine * cos_last + cosine * sin_last]),
+    if on_a_processor():
+        cosine, sine = unfused(_half_turns(position[None]))
+        while cosine.shape[0] < modes - 1:
+            cos_last, sin_last = cosine[-1:], sine[-1:]
+            cosine, sine = unfused(
+                (
+                    jnp.concatenate([cosine, cosine * cos_last - sine * sin_last]),
+                    jnp.concatenate([sine, sine * cos_last + cosine * sin_last]),
+                )
             )
-        )
+    else:
+        cosine, sine = _half_turns(np.arange(1.0, modes, dtype=position.dtype)[:, None] * position)
     slope = (-np.pi * np.sqrt(2.0) * np.arange(1, modes)).astype(position.dtype)[:, None]
     return (
         jnp.concatenate([jnp.ones_like(position[None]), cosine[: modes - 1] * np.float32(np.sqrt(2.0))]),
@@ -223,7 +227,7 @@ def _forward(metric, position_unit, time_weight):  # noqa: ANN001 (custom_vjp's 
     weighted = metric.weights * residual
     factor = 2.0 * (1.0 - metric.covered_share) * time_weight
     # Written axis by axis and turned afterwards: as one loop the stacking would keep the sums from being vectorised.
-    gradient = jax.lax.optimization_barrier(jnp.stack([factor * slope for slope in _slopes(weighted, tables)]))
+    gradient = unfused(jnp.stack([factor * slope for slope in _slopes(weighted, tables)]))
     return jnp.sum(weighted * residual), (gradient.T, metric, time_weight)
 
 
@@ -240,7 +244,7 @@ def _slopes(
     flat = weighted.reshape(modes0, -1).T
     by_sine = (flat @ sin0).reshape(modes1, modes2, -1)
     by_cosine = (flat @ cos0).reshape(modes1, modes2, -1)
-    along0, along1, along2 = jax.lax.optimization_barrier(
+    along0, along1, along2 = unfused(
         tuple(
             sum(rows[:, mode] * table[mode] for mode in range(modes2))
             for rows, table in ((by_sine, cos2), (by_cosine, cos2), (by_cosine, sin2))

@@ -10,9 +10,9 @@ paper to get any plan at all (see docs/mathematics.md):
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable
 
-import equinox as eqx
 import jax
 import jax.numpy as jnp
 import numpy as np
@@ -69,7 +69,7 @@ def descended(
     return np.asarray(particles), taken
 
 
-@eqx.filter_jit
+@functools.partial(jax.jit, static_argnames="kernel")
 def _descended(
     scene: Scene,
     particles: Float[Array, "particle free axis"],

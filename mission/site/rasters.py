@@ -161,7 +161,7 @@ def read_geotiff(
         from rasterio.errors import RasterioError
         from rasterio.vrt import WarpedVRT
     except ImportError as error:
-        raise ValueError("GeoTIFFs need rasterio: pip install 'ergonaut[geo]', or save the raster as .npz") from error
+        raise ValueError("GeoTIFFs need rasterio: pip install rasterio, or save the raster as .npz") from error
     local = f"+proj=aeqd +lat_0={origin.latitude_deg} +lon_0={origin.longitude_deg} +datum=WGS84 +units=m"
     low, high = np.asarray(low_m, dtype=float), np.asarray(high_m, dtype=float)
     try:

@@ -190,7 +190,7 @@ def _read_mesh(entry: Mesh) -> tuple[np.ndarray, np.ndarray]:
     try:
         import trimesh
     except ImportError as error:
-        raise ValueError("meshes need trimesh: pip install 'ergonaut[mesh]'") from error
+        raise ValueError("meshes need trimesh: pip install trimesh") from error
     name = entry.file.name
     try:
         mesh = trimesh.load_mesh(entry.file)
