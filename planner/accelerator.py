@@ -7,7 +7,9 @@ them: a step of a small set is as fast there as it has few of them.
 
 from __future__ import annotations
 
-from typing import TypeVar
+import functools
+from collections.abc import Callable
+from typing import ParamSpec, TypeVar
 
 import jax
 
@@ -15,6 +17,8 @@ BODIES_A_KERNEL = 8
 """So many bodies are looked at in one kernel of a GPU."""
 
 Values = TypeVar("Values")
+Arguments = ParamSpec("Arguments")
+Found = TypeVar("Found")
 
 
 def on_a_processor() -> bool:
@@ -25,3 +29,18 @@ def on_a_processor() -> bool:
 def unfused(values: Values) -> Values:
     """The same values, on a processor made before anything that takes them."""
     return jax.lax.optimization_barrier(values) if on_a_processor() else values
+
+
+def with_exact_products(function: Callable[Arguments, Found]) -> Callable[Arguments, Found]:
+    """The same function with products of matrices in single precision, for what is compiled whole.
+
+    A GPU would round what it multiplies to eleven bits, which is as much as a polished path still differs from its
+    target.
+    """
+
+    @functools.wraps(function)
+    def traced(*arguments: Arguments.args, **named: Arguments.kwargs) -> Found:
+        with jax.default_matmul_precision("highest"):
+            return function(*arguments, **named)
+
+    return traced

@@ -40,6 +40,7 @@ import jax.numpy as jnp
 from jaxtyping import Array, Bool, Float, Int
 
 from planner import stein
+from planner.accelerator import with_exact_products
 from planner.dynamics import Dynamics, position_of, rollout
 from planner.kernels import kernel_terms
 from planner.obstacles import ObstacleField
@@ -230,6 +231,7 @@ def init(task: ControlTask, key: Array, particles: int, horizon: int) -> Control
 
 
 @eqx.filter_jit
+@with_exact_products
 def step(
     task: ControlTask, state: ControlState, vehicle: Float[Array, "state"], key: Array
 ) -> tuple[ControlState, ControlInfo]:

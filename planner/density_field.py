@@ -17,6 +17,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from planner.accelerator import with_exact_products
 from planner.single_precision import single
 from planner.trajectory import BLEND
 
@@ -145,6 +146,7 @@ class EveryHeading(eqx.Module):
 
 
 @eqx.filter_jit
+@with_exact_products
 def density_at(field: SampleField | GridField | EveryHeading, points: Float[Array, "time axis"]) -> ValueAndSlope:
     """A density and its gradient at points, as one compiled program: for whoever makes a metric of it."""
     return field(points)

@@ -4,9 +4,11 @@ from __future__ import annotations
 
 import equinox as eqx
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Array, Float
 
 from planner import gate
+from planner.accelerator import with_exact_products
+from planner.kernel_metric import KernelMetric
 from planner.kernel_metric_of import metric_of
 from planner.plan import Candidate, objective_of
 from planner.polyline import densified
@@ -33,7 +35,7 @@ class Judge:
         self._modes = options.modes
         self._target = problem.information.coefficients(options.modes)
         self._weights = mode_weights(options.modes, options.metric_weights)
-        self._by_kernel = eqx.filter_jit(metric_of(problem, options)) if options.metric is Metric.KERNEL else None
+        self._by_kernel = metric_of(problem, options) if options.metric is Metric.KERNEL else None
         self._of_poses = options.explores_headings
 
     def ergodic_metric(
@@ -51,7 +53,7 @@ class Judge:
         if self._by_kernel is not None:
             if self._of_poses:
                 unit = np.column_stack([unit, along_travel(position_m) if heading_rad is None else heading_rad])
-            return float(self._by_kernel(single(unit), single(np.full(len(unit), 1.0 / len(unit)))))
+            return float(_measured(self._by_kernel, single(unit), single(np.full(len(unit), 1.0 / len(unit)))))
         mean = mean_basis(unit, np.full(len(unit), 1.0 / len(unit)), self._modes)
         covered: Covered | None = problem.covered
         if covered is not None:
@@ -106,3 +108,11 @@ def better(first: Candidate, second: Candidate) -> Candidate:
     if first.feasible != second.feasible:
         return first if first.feasible else second
     return second if second.cost < first.cost else first
+
+
+@eqx.filter_jit
+@with_exact_products
+def _measured(
+    metric: KernelMetric, position_unit: Float[Array, "time axis"], time_weight: Float[Array, "time"]
+) -> Float[Array, ""]:
+    return metric(position_unit, time_weight)

@@ -14,6 +14,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from planner import augmented_lagrangian, stein
+from planner.accelerator import with_exact_products
 from planner.priors import Prior
 from planner.problem import Kernel
 from planner.scene import Scene
@@ -96,11 +97,13 @@ def polished(
 
 
 @jax.jit
+@with_exact_products
 def _begin_exploring(particles: Float[Array, "particle free axis"], seed: Int[Array, ""]) -> stein.State:
     return stein.init(stein.separated(particles, jax.random.key(seed)))
 
 
 @functools.partial(jax.jit, static_argnames="kernel")
+@with_exact_products
 def _explore(
     scene: Scene,
     state: stein.State,
@@ -124,11 +127,13 @@ def _explore(
 
 
 @jax.jit
+@with_exact_products
 def _begin(scene: Scene, particles: Float[Array, "particle free axis"]) -> augmented_lagrangian.State:
     return jax.vmap(lambda free: augmented_lagrangian.init(scene, free))(particles)
 
 
 @jax.jit
+@with_exact_products
 def _round(
     scene: Scene, states: augmented_lagrangian.State, penalty: Float[Array, ""], inner_steps: Int[Array, ""]
 ) -> tuple[augmented_lagrangian.State, augmented_lagrangian.Info]:

@@ -174,7 +174,7 @@ def _tables(position: Float[Array, "time"], modes: int) -> tuple[Float[Array, "k
                 )
             )
     else:
-        cosine, sine = _half_turns(np.arange(1.0, modes, dtype=position.dtype)[:, None] * position)
+        cosine, sine = _half_turns(jnp.arange(1, modes, dtype=position.dtype)[:, None] * position)
     slope = (-np.pi * np.sqrt(2.0) * np.arange(1, modes)).astype(position.dtype)[:, None]
     return (
         jnp.concatenate([jnp.ones_like(position[None]), cosine[: modes - 1] * np.float32(np.sqrt(2.0))]),
@@ -246,7 +246,7 @@ def _slopes(
     by_cosine = (flat @ cos0).reshape(modes1, modes2, -1)
     along0, along1, along2 = unfused(
         tuple(
-            sum(rows[:, mode] * table[mode] for mode in range(modes2))
+            _sum_of_products([rows[:, mode] for mode in range(modes2)], table)
             for rows, table in ((by_sine, cos2), (by_cosine, cos2), (by_cosine, sin2))
         )
     )

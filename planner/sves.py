@@ -19,6 +19,7 @@ import numpy as np
 from jaxtyping import Array, Float, Int
 
 from planner import stein
+from planner.accelerator import with_exact_products
 from planner.polish import Particles
 from planner.priors import Prior
 from planner.problem import Kernel
@@ -70,6 +71,7 @@ def descended(
 
 
 @functools.partial(jax.jit, static_argnames="kernel")
+@with_exact_products
 def _descended(
     scene: Scene,
     particles: Float[Array, "particle free axis"],

@@ -16,6 +16,7 @@ import jax.numpy as jnp
 import numpy as np
 
 from planner import stein
+from planner.accelerator import with_exact_products
 from planner.problem import Kernel
 from planner.spectral_metric import SpectralMetric
 
@@ -172,6 +173,7 @@ def steps_of(recipe: Recipe, place: World, count: int):
     free = jnp.asarray((np.arange(len(place.line)) > 0)[:, None] * place.moves, jnp.float32)
 
     @jax.jit
+    @with_exact_products
     def steps(particles: jax.Array) -> jax.Array:
         def body(x: jax.Array, _: None) -> tuple[jax.Array, None]:
             score = -recipe.inverse_temperature * gradient(x) - recipe.prior_weight * (x - line) / PRIOR_VARIANCE

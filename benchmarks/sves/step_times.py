@@ -7,6 +7,7 @@ import jax.numpy as jnp
 
 from benchmarks.timing import interleaved_ms
 from planner import stein
+from planner.accelerator import with_exact_products
 from planner.information import uniform
 from planner.problem import Kernel, MetricWeights
 from planner.spectral_metric import SpectralMetric
@@ -34,6 +35,7 @@ def step_ms(
     gradient = jax.vmap(jax.grad(lambda path: metric(path, weight)))
 
     @jax.jit
+    @with_exact_products
     def steps(particles: jax.Array) -> jax.Array:
         def body(x: jax.Array, _: None) -> tuple[jax.Array, None]:
             return stein.sves_step(x, -INVERSE_TEMPERATURE * gradient(x), Kernel.RBF, STEP_SIZE), None
