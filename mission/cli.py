@@ -44,6 +44,16 @@ WORDS = {
     Exit.INTERRUPTED: "interrupted",
 }
 
+LIBRARIES = {
+    # The matrices here are small: threads that share a product wait for each other, on busy cores a hundred times as
+    # long as it takes.
+    "OPENBLAS_NUM_THREADS": "1",
+    # Of a GPU the first process would else take three quarters of the memory, and leave too little to replanning.
+    "XLA_PYTHON_CLIENT_PREALLOCATE": "false",
+}
+"""What libraries read when a verb first imports them, unless the environment says otherwise; processes begun from here
+inherit it."""
+
 
 def main() -> None:
     """Runs the command line; the exit code is 0 done, 1 could not, 2 bad input, 130 interrupted."""
@@ -51,9 +61,8 @@ def main() -> None:
         if isinstance(stream, io.TextIOWrapper):
             # A terminal that knows no "m/s²" shows a question mark.
             stream.reconfigure(errors="replace")
-    # The matrices here are small: threads that share a product wait for each other, on busy cores a hundred times as
-    # long as it takes. numpy reads this when a verb first imports it; processes begun from here inherit it.
-    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+    for name, value in LIBRARIES.items():
+        os.environ.setdefault(name, value)
     document_of_the_verb.clear()
     with Interrupts():
         code, why = _ended()

@@ -92,18 +92,19 @@ def test_help_comes_without_loading_the_planner():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
-def test_numpy_is_told_of_one_thread_before_it_is_loaded():
+@pytest.mark.parametrize(
+    ("name", "usual", "asked"), [("OPENBLAS_NUM_THREADS", "1", "3"), ("XLA_PYTHON_CLIENT_PREALLOCATE", "false", "true")]
+)
+def test_libraries_are_told_how_to_share_before_they_are_loaded(name, usual, asked):
     code = (
-        "import atexit, os, sys; import mission.cli; assert 'numpy' not in sys.modules; "
-        "atexit.register(lambda: print(os.environ['OPENBLAS_NUM_THREADS'])); "
+        "import atexit, os, sys; import mission.cli; assert not {'numpy', 'jax'} & set(sys.modules); "
+        f"atexit.register(lambda: print(os.environ['{name}'])); "
         "sys.argv = ['mission', '--help']; mission.cli.main()"
     )
-    told = {name: value for name, value in os.environ.items() if name != "OPENBLAS_NUM_THREADS"}
-    for asked, threads in (({}, "1"), ({"OPENBLAS_NUM_THREADS": "3"}, "3")):
-        done = subprocess.run(
-            [sys.executable, "-c", code], env=told | asked, capture_output=True, text=True, check=True
-        )
-        assert done.stdout.splitlines()[-1] == threads
+    rest = {one: value for one, value in os.environ.items() if one != name}
+    for environment, told in ((rest, usual), (rest | {name: asked}, asked)):
+        done = subprocess.run([sys.executable, "-c", code], env=environment, capture_output=True, text=True, check=True)
+        assert done.stdout.splitlines()[-1] == told
 
 
 @pytest.mark.parametrize("verb", ["plan", "fly"])
