@@ -14,7 +14,10 @@ from typing import ParamSpec, TypeVar
 import jax
 
 BODIES_A_KERNEL = 8
-"""So many bodies are looked at in one kernel of a GPU."""
+"""So many bodies are looked at in one kernel of a GPU: more take minutes to compile."""
+ROUNDED = jax.lax.Precision.DEFAULT
+"""Of a product of matrices whose factors a GPU may round: with weights between candidates eleven bits are plenty, and
+among a thousand of them the products are most of a step."""
 
 Values = TypeVar("Values")
 Arguments = ParamSpec("Arguments")

@@ -40,6 +40,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float
 
+from planner.accelerator import ROUNDED
 from planner.bandwidth import median_bandwidth
 from planner.problem import Kernel
 from planner.signature_kernel import signature_terms
@@ -104,11 +105,12 @@ def rbf_terms(particles: Float[Array, "particle knot axis"]) -> Terms:
         squared = jnp.sum((flat[:, None] - flat[None]) ** 2, axis=-1)
     else:
         norm = jnp.sum(flat**2, axis=1)
-        squared = jnp.maximum(norm[:, None] + norm[None, :] - 2.0 * flat @ flat.T, 0.0)
+        squared = jnp.maximum(norm[:, None] + norm[None, :] - 2.0 * jnp.matmul(flat, flat.T, precision=ROUNDED), 0.0)
         squared = squared * (1.0 - jnp.eye(count, dtype=flat.dtype))
     bandwidth = median_bandwidth(squared, SMALLEST_BANDWIDTH_PER_KNOT * knots)
     gram = jnp.exp(-squared / bandwidth)
-    repulsion = (-2.0 / bandwidth) * (gram.T @ flat - jnp.sum(gram, axis=0)[:, None] * flat)
+    pulled = jnp.matmul(gram.T, flat, precision=ROUNDED)
+    repulsion = (-2.0 / bandwidth) * (pulled - jnp.sum(gram, axis=0)[:, None] * flat)
     return gram, repulsion.reshape(particles.shape)
 
 

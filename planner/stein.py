@@ -28,6 +28,7 @@ import jax.numpy as jnp
 import numpy as np
 from jaxtyping import Array, Float, Int
 
+from planner.accelerator import ROUNDED
 from planner.kernels import kernel_terms
 from planner.problem import Kernel
 
@@ -112,7 +113,7 @@ def step(
     # A score without numbers would spread to the whole set.
     score = jnp.where(jnp.all(jnp.isfinite(score), axis=(1, 2), keepdims=True), score, 0.0)
     gram, away = kernel_terms(kernel, state.particles, wraps=wraps)
-    pull = jnp.einsum("ij,ikd->jkd", gram, score)
+    pull = _shared(gram, score)
     # Scores have no common scale (E is divided by its own size), so repulsion is measured against them.
     strength = jnp.linalg.norm(pull) / jnp.maximum(jnp.linalg.norm(away), 1e-12)
     along = pull + fading(annealing.progress(state.index)) * strength * away
@@ -155,8 +156,15 @@ def sves_step(
 ) -> Float[Array, "particle knot axis"]:
     """The paper's own step, x ← x + εφ (SVES Alg. 1)."""
     gram, repulsion = kernel_terms(kernel, particles, wraps=wraps)
-    phi = (jnp.einsum("ij,ikd->jkd", gram, score) + repulsion) / particles.shape[0]
+    phi = (_shared(gram, score) + repulsion) / particles.shape[0]
     return particles + step_size * phi
+
+
+def _shared(
+    gram: Float[Array, "particle particle"], score: Float[Array, "particle knot axis"]
+) -> Float[Array, "particle knot axis"]:
+    """Σ_i k(x_i, x_j) ∇log p(x_i|O)."""
+    return jnp.einsum("ij,ikd->jkd", gram, score, precision=ROUNDED)
 
 
 def separated(

@@ -58,11 +58,12 @@ def lowered(compiled, *arguments: object) -> str:
 
 
 def assert_exact_and_the_gpus_own(program: str) -> None:
-    """No operation is made for a processor, and no product of matrices rounds what it multiplies."""
+    """No operation is made for a processor, and only weights between candidates meet factors that are rounded."""
     assert "custom_call" not in program
     products = [line for line in program.splitlines() if "stablehlo.dot_general" in line]
     assert products
-    assert all("precision = [HIGHEST, HIGHEST]" in line for line in products)
+    between = f"tensor<{len(PARTICLES)}x{len(PARTICLES)}xf32>"
+    assert all("precision = [HIGHEST, HIGHEST]" in line or between in line for line in products)
 
 
 @pytest.mark.parametrize("kernel", Kernel)
