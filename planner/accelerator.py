@@ -8,6 +8,7 @@ them: a step of a small set is as fast there as it has few of them.
 from __future__ import annotations
 
 import functools
+import os
 from collections.abc import Callable
 from typing import ParamSpec, TypeVar
 
@@ -27,6 +28,13 @@ Found = TypeVar("Found")
 def on_a_processor() -> bool:
     """Whether what is traced now runs on the host's cores."""
     return jax.default_backend() == "cpu"
+
+
+def cores() -> int:
+    """How many of the host's cores this process may use; one where the work is done by a GPU."""
+    if not on_a_processor():
+        return 1
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def unfused(values: Values) -> Values:

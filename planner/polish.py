@@ -1,4 +1,4 @@
-"""The optimiser's compiled pieces: Stein steps on the set, rounds of multipliers on each candidate.
+"""The optimiser's compiled pieces: Stein steps on the set, rounds of multipliers on each candidate, on all cores.
 
 One jit an entry point; shapes are static, so problems of similar size share them.
 """
@@ -8,13 +8,14 @@ from __future__ import annotations
 import dataclasses
 import functools
 from collections.abc import Callable, Iterable
+from concurrent.futures import ThreadPoolExecutor
 
 import jax
 import numpy as np
 from jaxtyping import Array, Float, Int
 
 from planner import augmented_lagrangian, stein
-from planner.accelerator import with_exact_products
+from planner.accelerator import cores, with_exact_products
 from planner.priors import Prior
 from planner.problem import Kernel
 from planner.scene import Scene
@@ -23,6 +24,8 @@ from planner.scene import Scene
 ANNEALING = stein.Annealing(8, 0.1, 0.003)
 # The Stein phase may cut corners; the polish makes them good.
 STEIN_PENALTY = 0.1
+FEWEST_KNOTS_IN_PARTS = 64
+"""A step of shorter paths takes less time than it takes threads to meet."""
 
 Particles = Float[np.ndarray, "particle free axis"]
 
@@ -86,14 +89,35 @@ def polished(
     Returns:
         The candidates and the steps taken.
     """
-    state = _begin(scene, np.asarray(particles, np.float32))
+
+    def minimised(
+        states: augmented_lagrangian.State, one: Round
+    ) -> tuple[augmented_lagrangian.State, augmented_lagrangian.Info]:
+        return jax.block_until_ready(_round(scene, states, np.float32(one.penalty), np.int32(one.steps)))
+
+    parts = _for_each_core(np.asarray(particles, np.float32))
+    states = [_begin(scene, part) for part in parts]
     steps = 0
-    for one in rounds:
-        state, info = _round(scene, state, np.float32(one.penalty), np.int32(one.steps))
-        steps += one.steps
-        metrics = np.asarray(info.ergodic_metric)
-        after_round(float(metrics[np.isfinite(metrics)].min(initial=np.inf)))
-    return np.asarray(state.free), steps
+    with ThreadPoolExecutor(len(parts)) as threads:
+        for one in rounds:
+            others = [threads.submit(minimised, part, one) for part in states[1:]]
+            ended = [minimised(states[0], one), *(other.result() for other in others)]
+            states = [state for state, _ in ended]
+            steps += one.steps
+            metrics = np.concatenate([info.ergodic_metric for _, info in ended])
+            after_round(float(metrics[np.isfinite(metrics)].min(initial=np.inf)))
+    return np.concatenate([state.free for state in states])[: len(particles)], steps
+
+
+def _for_each_core(particles: Particles) -> list[Particles]:
+    """The set in parts of one size, and so of one compilation: what is missing is filled up from the beginning.
+
+    A thread each, as the candidates have nothing to do with each other: of loops as short as theirs XLA gives the
+    second core little to do.
+    """
+    count = min(len(particles), cores()) if particles.shape[1] >= FEWEST_KNOTS_IN_PARTS else 1
+    width = -(-len(particles) // count)
+    return np.split(particles[np.resize(np.arange(len(particles)), count * width)], count)
 
 
 @jax.jit

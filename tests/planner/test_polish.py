@@ -1,0 +1,75 @@
+"""The polish takes each candidate on its own, on however many cores."""
+
+import numpy as np
+import pytest
+
+from planner import polish
+from planner.information import uniform
+from planner.obstacles import ObstacleField, Sphere
+from planner.polish import FEWEST_KNOTS_IN_PARTS, Round, polished
+from planner.problem import Limits, Options, Problem
+from planner.scene import Scene, scene_of
+from planner.trajectory import Motion
+from planner.workspace import Workspace
+
+BOX = Workspace(np.array([0.0, 0.0, 5.0]), np.array([60.0, 40.0, 15.0]))
+ROUNDS = (Round(0.1, 3), Round(1.0, 3))
+
+
+def scene_with(knots: int) -> Scene:
+    problem = Problem(
+        workspace=BOX,
+        information=uniform(BOX, (24, 16, 4)),
+        obstacles=ObstacleField.of([Sphere(np.array([20.0, 20.0, 10.0]), 4.0)]),
+        limits=Limits(3.0, 2.0, 1.0, 4.0),
+        start=Motion.at_rest(np.array([5.0, 5.0, 10.0])),
+        end_position_m=None,
+        duration_s=100.0,
+        vehicle_radius_m=0.4,
+        clearance_margin_m=0.8,
+    )
+    return scene_of(problem, Options(modes=(6, 6, 1)), knots + 2, 2)
+
+
+def random_set(count: int, knots: int) -> np.ndarray:
+    return np.random.default_rng(0).uniform(0.2, 0.8, (count, knots, 3)).astype(np.float32)
+
+
+@pytest.mark.parametrize(("count", "cores"), [(4, 2), (5, 2), (3, 8), (1, 2)])
+def test_candidates_end_where_they_end_on_one_core(count: int, cores: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, particles = scene_with(FEWEST_KNOTS_IN_PARTS), random_set(count, FEWEST_KNOTS_IN_PARTS)
+    lowest: dict[int, list[float]] = {1: [], cores: []}
+    found = {}
+    for number, told in lowest.items():
+        monkeypatch.setattr(polish, "cores", lambda number=number: number)
+        found[number], steps = polished(scene, particles, ROUNDS, told.append)
+        assert steps == sum(one.steps for one in ROUNDS)
+    assert found[cores].shape == particles.shape
+    np.testing.assert_allclose(found[cores], found[1], atol=1e-3)
+    np.testing.assert_allclose(lowest[cores], lowest[1], rtol=1e-2)
+    assert np.abs(found[1] - particles).max() > 0.01
+
+
+def test_a_candidate_without_numbers_is_no_bad_company(monkeypatch: pytest.MonkeyPatch) -> None:
+    scene, particles = scene_with(FEWEST_KNOTS_IN_PARTS), random_set(4, FEWEST_KNOTS_IN_PARTS)
+    monkeypatch.setattr(polish, "cores", lambda: 2)
+    sound, _ = polished(scene, particles, ROUNDS, lambda _: None)
+    lowest: list[float] = []
+    found, _ = polished(scene, np.where(np.arange(4)[:, None, None] == 1, np.nan, particles), ROUNDS, lowest.append)
+    np.testing.assert_array_equal(found[[0, 2, 3]], sound[[0, 2, 3]])
+    assert np.isfinite(lowest).all()
+
+
+@pytest.mark.parametrize(("knots", "parts"), [(FEWEST_KNOTS_IN_PARTS, 2), (FEWEST_KNOTS_IN_PARTS - 1, 1)])
+def test_short_paths_are_left_together(knots: int, parts: int, monkeypatch: pytest.MonkeyPatch) -> None:
+    shapes = []
+
+    def begun(_: Scene, particles: np.ndarray) -> None:
+        shapes.append(particles.shape)
+        raise InterruptedError
+
+    monkeypatch.setattr(polish, "cores", lambda: 2)
+    monkeypatch.setattr(polish, "_begin", begun)
+    with pytest.raises(InterruptedError):
+        polished(scene_with(knots), random_set(6, knots), ROUNDS, lambda _: None)
+    assert shapes == [(6 // parts, knots, 3)]
