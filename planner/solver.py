@@ -241,6 +241,9 @@ class _Work:
         for repair in range(MOST_REPAIRS):
             if not any(self.refused) or self.budget.is_over():
                 break
+            if repair == MOST_REPAIRS - 1:
+                # Whatever ways around have not mended is stuck where it is.
+                self._last[self.refused] = seeds[self.refused]
             at = 0.8 + 0.15 * repair / MOST_REPAIRS
             self._repair(at, at + 0.15 / MOST_REPAIRS)
 
