@@ -1,33 +1,22 @@
 """A GPU is not at hand for tests: that everything is lowered for one, and that what is written for it says the same."""
 
+import dataclasses
+
 import jax
 import jax.numpy as jnp
 import numpy as np
 import pytest
 
 from planner import polish, stein, sves
-from planner.information import uniform
-from planner.obstacles import Box, Cylinder, ObstacleField, Prism, Sphere
-from planner.problem import Kernel, Limits, Metric, MetricWeights, Options, Problem
+from planner.obstacles import ObstacleField
+from planner.problem import Kernel, Metric, MetricWeights, Options
 from planner.scene import Scene, scene_of
 from planner.spectral_metric import SpectralMetric, mean_basis
-from planner.trajectory import Motion
-from planner.workspace import Workspace
+from tests.planner.worlds import LIMITS, mixed, open_box
 
-BOX = Workspace(np.array([0.0, 0.0, 5.0]), np.array([60.0, 40.0, 15.0]))
 SEGMENTS = 16
 PARTICLES = np.full((3, SEGMENTS - 2, 3), 0.5, np.float32)
-
-
-OBSTACLES = ObstacleField.of(
-    [
-        Sphere(np.array([20.0, 20.0, 10.0]), 4.0),
-        Cylinder(np.array([40.0, 12.0]), 3.0, 0.0, 20.0),
-        Box(np.array([30.0, 28.0, 0.0]), np.array([36.0, 34.0, 20.0])),
-        Prism(np.array([[30.0, 20.0], [40.0, 20.0], [35.0, 30.0]]), 0.0, 20.0),
-        Prism(np.array([[5.0, 30.0], [15.0, 30.0], [15.0, 38.0], [10.0, 33.0], [5.0, 38.0]]), 0.0, 12.0),
-    ]
-)
+OBSTACLES = ObstacleField.of(mixed(np.random.default_rng(0), 9))
 
 
 @pytest.fixture
@@ -37,18 +26,9 @@ def gpu(monkeypatch: pytest.MonkeyPatch) -> None:
 
 
 def scene_by(metric: Metric) -> Scene:
-    problem = Problem(
-        workspace=BOX,
-        information=uniform(BOX, (24, 16, 4)),
-        obstacles=OBSTACLES,
-        limits=Limits(3.0, 2.0, 1.0, 4.0, max_turn_rate_radps=1.0),
-        start=Motion.at_rest(np.array([5.0, 5.0, 10.0])),
-        end_position_m=np.array([5.0, 5.0, 10.0]),
-        duration_s=100.0,
-        vehicle_radius_m=0.4,
-        clearance_margin_m=0.8,
-        fence_polygon_m=np.array([[0.0, 0.0], [60.0, 0.0], [60.0, 40.0], [0.0, 40.0]]),
-    )
+    fence_m = np.array([[0.0, 0.0], [100.0, 0.0], [100.0, 80.0], [0.0, 80.0]])
+    turning = dataclasses.replace(LIMITS, max_turn_rate_radps=1.0)
+    problem = open_box(obstacles=OBSTACLES, limits=turning, fence_polygon_m=fence_m)
     return scene_of(problem, Options(metric=metric, modes=(8, 8, 3)), SEGMENTS, 2)
 
 
@@ -124,7 +104,7 @@ def test_the_metric_of_a_gpu_is_the_metric(modes: tuple[int, int, int]) -> None:
 
 @pytest.mark.usefixtures("gpu")
 def test_distances_of_a_gpu_are_the_distances() -> None:
-    points = np.random.default_rng(2).uniform(BOX.box_min_m, BOX.box_max_m, (43, 3))
+    points = np.random.default_rng(2).uniform(0.0, [100.0, 80.0, 20.0], (43, 3))
     found = jax.jit(OBSTACLES.distance)(points.astype(np.float32))
     np.testing.assert_allclose(found, OBSTACLES.distance(points), atol=1e-4)
 

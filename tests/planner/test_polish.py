@@ -4,30 +4,17 @@ import numpy as np
 import pytest
 
 from planner import polish
-from planner.information import uniform
 from planner.obstacles import ObstacleField, Sphere
 from planner.polish import FEWEST_KNOTS_IN_PARTS, Round, polished
-from planner.problem import Limits, Options, Problem
+from planner.problem import Options
 from planner.scene import Scene, scene_of
-from planner.trajectory import Motion
-from planner.workspace import Workspace
+from tests.planner.worlds import open_box
 
-BOX = Workspace(np.array([0.0, 0.0, 5.0]), np.array([60.0, 40.0, 15.0]))
 ROUNDS = (Round(0.1, 3), Round(1.0, 3))
 
 
 def scene_with(knots: int) -> Scene:
-    problem = Problem(
-        workspace=BOX,
-        information=uniform(BOX, (24, 16, 4)),
-        obstacles=ObstacleField.of([Sphere(np.array([20.0, 20.0, 10.0]), 4.0)]),
-        limits=Limits(3.0, 2.0, 1.0, 4.0),
-        start=Motion.at_rest(np.array([5.0, 5.0, 10.0])),
-        end_position_m=None,
-        duration_s=100.0,
-        vehicle_radius_m=0.4,
-        clearance_margin_m=0.8,
-    )
+    problem = open_box(obstacles=ObstacleField.of([Sphere(np.array([30.0, 40.0, 10.0]), 6.0)]))
     return scene_of(problem, Options(modes=(6, 6, 1)), knots + 2, 2)
 
 
