@@ -7,12 +7,14 @@ from __future__ import annotations
 
 import dataclasses
 import functools
-from collections.abc import Callable, Iterable
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable, Iterable, Sequence
+from concurrent.futures import Executor, ThreadPoolExecutor
+from typing import TypeVar
 
 import jax
 import numpy as np
 from jaxtyping import Array, Float, Int
+from scipy.spatial.distance import pdist
 
 from planner import augmented_lagrangian, stein
 from planner.accelerator import cores, with_exact_products
@@ -24,10 +26,12 @@ from planner.scene import Scene
 ANNEALING = stein.Annealing(8, 0.1, 0.003)
 # The Stein phase may cut corners; the polish makes them good.
 STEIN_PENALTY = 0.1
-FEWEST_KNOTS_IN_PARTS = 64
-"""A step of shorter paths takes less time than it takes threads to meet."""
+FEWEST_KNOTS_A_PART = 40
+"""Rounds of fewer, over all candidates of a part, take less time than it takes threads to meet."""
 
 Particles = Float[np.ndarray, "particle free axis"]
+Taken = TypeVar("Taken")
+Given = TypeVar("Given")
 
 
 @dataclasses.dataclass(frozen=True)
@@ -60,7 +64,7 @@ def explored(
         The candidates and the steps taken.
     """
     smooth = stein.smoother(particles.shape[1])
-    state = _begin_exploring(np.asarray(particles, np.float32), np.int32(seed))
+    state = stein.init(parted(particles, seed))
     begins = state.particles
     for steps in portions:
         state = jax.block_until_ready(_explore(scene, state, begins, smooth, kernel, prior, np.int32(steps)))
@@ -69,7 +73,13 @@ def explored(
 
 def parted(particles: Particles, seed: int) -> Particles:
     """The set with candidates that coincide moved apart: polished each on its own, they would end alike."""
-    return np.asarray(_begin_exploring(np.asarray(particles, np.float32), np.int32(seed)).particles)
+    particles = np.asarray(particles, np.float32)
+    count, knots, _ = particles.shape
+    apart_unit = pdist(particles.reshape(count, -1)) / np.sqrt(knots)
+    # Few sets need it, and what they need has to be compiled.
+    if apart_unit.min(initial=np.inf) >= stein.COINCIDING_UNIT:
+        return particles
+    return np.asarray(_separated(particles, np.int32(seed)))
 
 
 def polished(
@@ -89,19 +99,13 @@ def polished(
     Returns:
         The candidates and the steps taken.
     """
-
-    def minimised(
-        states: augmented_lagrangian.State, one: Round
-    ) -> tuple[augmented_lagrangian.State, augmented_lagrangian.Info]:
-        return jax.block_until_ready(_round(scene, states, np.float32(one.penalty), np.int32(one.steps)))
-
     parts = _for_each_core(np.asarray(particles, np.float32))
-    states = [_begin(scene, part) for part in parts]
     steps = 0
     with ThreadPoolExecutor(len(parts)) as threads:
+        states = _each(threads, lambda part: _begin(scene, part), parts)
         for one in rounds:
-            others = [threads.submit(minimised, part, one) for part in states[1:]]
-            ended = [minimised(states[0], one), *(other.result() for other in others)]
+            penalty, moves = np.float32(one.penalty), np.int32(one.steps)
+            ended = _each(threads, lambda part, p=penalty, m=moves: _round(scene, part, p, m), states)
             states = [state for state, _ in ended]
             steps += one.steps
             metrics = np.concatenate([info.ergodic_metric for _, info in ended])
@@ -110,20 +114,28 @@ def polished(
 
 
 def _for_each_core(particles: Particles) -> list[Particles]:
-    """The set in parts of one size, and so of one compilation: what is missing is filled up from the beginning.
+    """The set in parts of one size, and so of one compilation: what is missing is filled up from the beginning."""
+    number, knots, _ = particles.shape
+    count = max(1, min(number, cores(), number * knots // FEWEST_KNOTS_A_PART))
+    width = -(-number // count)
+    return np.split(particles[np.resize(np.arange(number), count * width)], count)
 
-    A thread each, as the candidates have nothing to do with each other: of loops as short as theirs XLA gives the
-    second core little to do.
+
+def _each(threads: Executor, work: Callable[[Given], Taken], parts: Sequence[Given]) -> list[Taken]:
+    """What comes of every part, all at once: the first in this thread, the others in one each.
+
+    Candidates have nothing to do with each other here, and of loops as short as theirs XLA by itself gives a second
+    core little to do.
     """
-    count = min(len(particles), cores()) if particles.shape[1] >= FEWEST_KNOTS_IN_PARTS else 1
-    width = -(-len(particles) // count)
-    return np.split(particles[np.resize(np.arange(len(particles)), count * width)], count)
+    others = [threads.submit(lambda part: jax.block_until_ready(work(part)), part) for part in parts[1:]]
+    return [jax.block_until_ready(work(parts[0])), *(other.result() for other in others)]
 
 
 @jax.jit
-@with_exact_products
-def _begin_exploring(particles: Float[Array, "particle free axis"], seed: Int[Array, ""]) -> stein.State:
-    return stein.init(stein.separated(particles, jax.random.key(seed)))
+def _separated(
+    particles: Float[Array, "particle free axis"], seed: Int[Array, ""]
+) -> Float[Array, "particle free axis"]:
+    return stein.separated(particles, jax.random.key(seed))
 
 
 @functools.partial(jax.jit, static_argnames="kernel")

@@ -21,6 +21,7 @@ from __future__ import annotations
 
 import dataclasses
 import functools
+from typing import cast
 
 import equinox as eqx
 import jax
@@ -35,6 +36,8 @@ from planner.problem import Kernel
 MOMENTUM = 0.8
 SMOOTHING = 4.0
 REPULSION_SHARE = 0.75
+COINCIDING_UNIT = 1e-3
+"""Candidates coincide whose knots are less than this apart, by the root of the mean square."""
 
 
 @dataclasses.dataclass(frozen=True)
@@ -74,9 +77,11 @@ class State(eqx.Module):
     index: Int[Array, ""]
 
 
-def init(particles: Float[Array, "particle knot axis"]) -> State:
-    """Start from a set of candidates."""
-    return State(particles, jnp.zeros_like(particles), jnp.zeros((), jnp.int32))
+def init(particles: Float[Array | np.ndarray, "particle knot axis"]) -> State:
+    """Start from a set of candidates, on the device or not yet."""
+    # Zeros made on the device would have to be compiled.
+    momentum, index = np.zeros(particles.shape, particles.dtype), np.int32(0)
+    return State(*(cast(Array, part) for part in (particles, momentum, index)))
 
 
 def fading(progress: Float[Array, ""]) -> Float[Array, ""]:
@@ -167,18 +172,16 @@ def _shared(
     return jnp.einsum("ij,ikd->jkd", gram, score, precision=ROUNDED)
 
 
-def separated(
-    particles: Float[Array, "particle knot axis"], key: Array, distance_unit: float = 1e-3
-) -> Float[Array, "particle knot axis"]:
+def separated(particles: Float[Array, "particle knot axis"], key: Array) -> Float[Array, "particle knot axis"]:
     """The same set with candidates that coincide moved apart: coincident particles never part by themselves."""
     count, knots, _ = particles.shape
     flat = particles.reshape(count, -1)
     gap = jnp.sqrt(jnp.sum((flat[:, None] - flat[None]) ** 2, axis=-1) / knots)
     earlier = jnp.tril(jnp.ones((count, count), bool), k=-1)
-    doubled = jnp.any(earlier & (gap < distance_unit), axis=1)
+    doubled = jnp.any(earlier & (gap < COINCIDING_UNIT), axis=1)
 
     def moved_apart() -> Float[Array, "particle knot axis"]:
-        noise = 10.0 * distance_unit * jax.random.normal(key, particles.shape)
+        noise = 10.0 * COINCIDING_UNIT * jax.random.normal(key, particles.shape)
         return jnp.where(doubled[:, None, None], particles + noise, particles)
 
     # Random numbers take as long as half a step, and few sets need them.

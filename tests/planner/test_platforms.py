@@ -50,7 +50,7 @@ def assert_exact_and_the_gpus_own(program: str) -> None:
 @pytest.mark.usefixtures("gpu")
 def test_stein_steps_are_lowered_for_a_gpu(kernel: Kernel) -> None:
     scene = scene_by(Metric.SPECTRAL)
-    state = jax.eval_shape(polish._begin_exploring, PARTICLES, np.int32(0))
+    state = stein.init(PARTICLES)
     smooth = stein.smoother(PARTICLES.shape[1])
     program = lowered(polish._explore, scene, state, state.particles, smooth, kernel, None, np.int32(8))
     assert "stablehlo.while" in program

@@ -5,12 +5,13 @@ import pytest
 
 from planner import polish
 from planner.obstacles import ObstacleField, Sphere
-from planner.polish import FEWEST_KNOTS_IN_PARTS, Round, polished
+from planner.polish import FEWEST_KNOTS_A_PART, Round, polished
 from planner.problem import Options
 from planner.scene import Scene, scene_of
 from tests.planner.worlds import open_box
 
 ROUNDS = (Round(0.1, 3), Round(1.0, 3))
+KNOTS = FEWEST_KNOTS_A_PART
 
 
 def scene_with(knots: int) -> Scene:
@@ -24,7 +25,7 @@ def random_set(count: int, knots: int) -> np.ndarray:
 
 @pytest.mark.parametrize(("count", "cores"), [(5, 2), (3, 8)])
 def test_candidates_end_where_they_end_on_one_core(count: int, cores: int, monkeypatch: pytest.MonkeyPatch) -> None:
-    scene, particles = scene_with(FEWEST_KNOTS_IN_PARTS), random_set(count, FEWEST_KNOTS_IN_PARTS)
+    scene, particles = scene_with(KNOTS), random_set(count, KNOTS)
     lowest: dict[int, list[float]] = {1: [], cores: []}
     found = {}
     for number, told in lowest.items():
@@ -38,7 +39,7 @@ def test_candidates_end_where_they_end_on_one_core(count: int, cores: int, monke
 
 
 def test_a_candidate_without_numbers_is_no_bad_company(monkeypatch: pytest.MonkeyPatch) -> None:
-    scene, particles = scene_with(FEWEST_KNOTS_IN_PARTS), random_set(5, FEWEST_KNOTS_IN_PARTS)
+    scene, particles = scene_with(KNOTS), random_set(5, KNOTS)
     monkeypatch.setattr(polish, "cores", lambda: 2)
     sound, _ = polished(scene, particles, ROUNDS, lambda _: None)
     lowest: list[float] = []
@@ -47,16 +48,28 @@ def test_a_candidate_without_numbers_is_no_bad_company(monkeypatch: pytest.Monke
     assert np.isfinite(lowest).all()
 
 
-@pytest.mark.parametrize(("knots", "parts"), [(FEWEST_KNOTS_IN_PARTS, 2), (FEWEST_KNOTS_IN_PARTS - 1, 1)])
-def test_short_paths_are_left_together(knots: int, parts: int, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize(
+    ("cores", "count", "knots", "width"),
+    [
+        (1, 6, KNOTS, 6),
+        (2, 6, KNOTS, 3),
+        (2, 1, 2 * KNOTS, 1),
+        (8, 3, KNOTS, 1),
+        (8, 6, KNOTS // 2, 2),
+        (2, 3, KNOTS // 2, 3),
+    ],
+)
+def test_a_part_is_worth_a_thread(
+    cores: int, count: int, knots: int, width: int, monkeypatch: pytest.MonkeyPatch
+) -> None:
     shapes = []
 
     def begun(_: Scene, particles: np.ndarray) -> None:
         shapes.append(particles.shape)
         raise InterruptedError
 
-    monkeypatch.setattr(polish, "cores", lambda: 2)
+    monkeypatch.setattr(polish, "cores", lambda: cores)
     monkeypatch.setattr(polish, "_begin", begun)
     with pytest.raises(InterruptedError):
-        polished(scene_with(knots), random_set(6, knots), ROUNDS, lambda _: None)
-    assert shapes == [(6 // parts, knots, 3)]
+        polished(scene_with(knots), random_set(count, knots), ROUNDS, lambda _: None)
+    assert set(shapes) == {(width, knots, 3)}
