@@ -37,11 +37,13 @@ $(VENV)/bin/python:
 	$(PYTHON) -m venv $(VENV)
 
 $(VENV)/.installed: $(VENV)/bin/python pyproject.toml requirements.lock
+	@echo "Installing what the planner needs into $(VENV): a minute or so, in silence."
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --upgrade "pip>=25.1"
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint requirements.lock --editable .
 	touch $@
 
 $(VENV)/.installed-dev: $(VENV)/.installed
+	@echo "Installing what the checks and tests need, too: half a minute."
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --constraint requirements.lock --group dev
 	touch $@
 

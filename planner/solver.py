@@ -42,6 +42,8 @@ WARM_POLISH = (Round(1.0, 60), Round(10.0, 60))
 SHAPE_POLISH = POLISH[:6]
 SEARCH_POLISH = tuple(Round(float(penalty), 60) for penalty in np.geomspace(1e-2, 10.0, 6))
 REPAIR = (Round(1.0, 60), Round(10.0, 60), Round(100.0, 60))
+LAST_REPAIR = (*HURRIED_POLISH, *REPAIR[1:])
+"""From a seed and not from what a polish left, with a shape to be found yet."""
 # Shares of the time left, where it is short: what drawing seeds may take of it, and ways around obstacles, and what
 # Stein steps may, and then the polish, before repairs.
 SEED_SHARE = 0.25
@@ -241,11 +243,12 @@ class _Work:
         for repair in range(MOST_REPAIRS):
             if not any(self.refused) or self.budget.is_over():
                 break
+            rounds = REPAIR
             if repair == MOST_REPAIRS - 1:
                 # Whatever ways around have not mended is stuck where it is.
-                self._last[self.refused] = seeds[self.refused]
+                self._last[self.refused], rounds = seeds[self.refused], LAST_REPAIR
             at = 0.8 + 0.15 * repair / MOST_REPAIRS
-            self._repair(at, at + 0.15 / MOST_REPAIRS)
+            self._repair(rounds, at, at + 0.15 / MOST_REPAIRS)
 
     def _stages(self) -> list[Stage]:
         """What the polish goes by: the metric, and of a search then what it finds."""
@@ -265,7 +268,7 @@ class _Work:
             Stage(searching, SEARCH_POLISH, WARM_POLISH, POLISH_SHARE),
         ]
 
-    def _repair(self, done_from: float, done_to: float) -> None:
+    def _repair(self, rounds: Sequence[Round], done_from: float, done_to: float) -> None:
         """Lead those that the gate refuses around what they run through, and polish them, a few at a time."""
         # From where the optimiser left off, which is nearer to good than the seed that may have been kept.
         detours = self._around_obstacles(self._last)
@@ -280,8 +283,8 @@ class _Work:
             found = self._descended(
                 self._last_scene,
                 detours[np.resize(portion, width)],
-                self.budget.rounds(REPAIR, 1.0),
-                len(REPAIR),
+                self.budget.rounds(rounds, 1.0),
+                len(rounds),
                 "repair",
                 done_from + share * first,
                 done_from + share * (first + len(portion)),
