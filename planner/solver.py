@@ -43,7 +43,7 @@ SHAPE_POLISH = POLISH[:6]
 SEARCH_POLISH = tuple(Round(float(penalty), 60) for penalty in np.geomspace(1e-2, 10.0, 6))
 REPAIR = (Round(1.0, 60), Round(10.0, 60), Round(100.0, 60))
 LAST_REPAIR = (*HURRIED_POLISH, *REPAIR[1:])
-"""From a seed and not from what a polish left, with a shape to be found yet."""
+"""Of those that begin at their seeds again, whose shape is yet to be found."""
 # Shares of the time left, where it is short: what drawing seeds may take of it, and ways around obstacles, and what
 # Stein steps may, and then the polish, before repairs.
 SEED_SHARE = 0.25
@@ -246,7 +246,8 @@ class _Work:
             rounds = REPAIR
             if repair == MOST_REPAIRS - 1:
                 # Whatever ways around have not mended is stuck where it is.
-                self._last[self.refused], rounds = seeds[self.refused], LAST_REPAIR
+                self._last[self.refused] = seeds[self.refused]
+                rounds = LAST_REPAIR
             at = 0.8 + 0.15 * repair / MOST_REPAIRS
             self._repair(rounds, at, at + 0.15 / MOST_REPAIRS)
 

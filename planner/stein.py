@@ -80,8 +80,8 @@ class State(eqx.Module):
 def init(particles: Float[Array | np.ndarray, "particle knot axis"]) -> State:
     """Start from a set of candidates, on the device or not yet."""
     # Zeros made on the device would have to be compiled.
-    momentum, index = np.zeros(particles.shape, particles.dtype), np.int32(0)
-    return State(*(cast(Array, part) for part in (particles, momentum, index)))
+    momentum = np.zeros(particles.shape, particles.dtype)
+    return State(cast(Array, particles), cast(Array, momentum), cast(Array, np.int32(0)))
 
 
 def fading(progress: Float[Array, ""]) -> Float[Array, ""]:

@@ -2,6 +2,7 @@
 
 import dataclasses
 import itertools
+from collections.abc import Callable, Iterable
 
 import jax
 import jax.numpy as jnp
@@ -13,7 +14,7 @@ from planner.gate_report import Violation, ViolationKind
 from planner.information import gaussians, uniform
 from planner.obstacles import Box, Cylinder, ObstacleField, Sphere
 from planner.plan import Candidate, Status
-from planner.polish import ANNEALING, explored, parted
+from planner.polish import ANNEALING, Round, explored, parted, polished
 from planner.priors import GaussianPrior, Prior, ScalePrior, WalkPrior
 from planner.problem import Covered, Kernel, Limits, Method, MetricWeights, Options, Problem
 from planner.scene import Scene, free_from_control, knots_for, scene_of
@@ -330,6 +331,29 @@ def test_where_no_pattern_comes_to_anything_a_direct_way_is_planned(monkeypatch:
         assert gate.prove(found.best.trajectory, problem).report.passed
     monkeypatch.setattr(solver, "LAST_RESORT", ORDER)
     assert solve(problem_with(), OPTIONS).status is Status.INFEASIBLE
+
+
+def test_what_ways_around_do_not_mend_begins_at_its_seed_again(monkeypatch: pytest.MonkeyPatch) -> None:
+    sets, penalties = [], []
+
+    def begun(scene: Scene, particles: np.ndarray, rounds: Iterable[Round], after_round: Callable[[float], None]):
+        done = list(rounds)
+        sets.append(np.array(particles))
+        penalties.append([one.penalty for one in done])
+        return polished(scene, particles, done, after_round)
+
+    # So soft a polish leaves all of them to repairs, of which the first is the last.
+    monkeypatch.setattr(solver, "POLISH", (Round(1e-3, 90),))
+    monkeypatch.setattr(solver, "MOST_REPAIRS", 1)
+    monkeypatch.setattr(solver, "polished", begun)
+    monkeypatch.setattr(solver, "explored", lambda _scene, particles, *_: (particles, 0))
+    found = solve(problem_with(obstacles=ObstacleField.of(())), OPTIONS).candidates
+    seeds, *repaired = sets
+    assert repaired
+    # Ways around, of nothing here, move them by less than a thousandth of the box.
+    assert all(np.abs(seeds - one).max(axis=(1, 2)).min() < 1e-3 for part in repaired for one in part)
+    assert penalties[1:] == [[one.penalty for one in solver.LAST_REPAIR]] * len(repaired)
+    assert all(candidate.feasible for candidate in found)
 
 
 def test_where_the_papers_steps_diverge_the_seeds_are_left_and_it_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
