@@ -45,7 +45,7 @@ def problems() -> Iterator[tuple[str, Problem, Options]]:
 
 
 def figures_of(problem: Problem, options: Options, schedule: Annealing) -> np.ndarray:
-    """A row a set of seeds: best and median E of those that passed, how many those are, distinct plans among them."""
+    """A row a set of seeds: best, median and worst E of those that passed, their number, distinct plans among them."""
     # The schedule is read where the Stein phase is traced.
     jax.clear_caches()
     rows = []
@@ -57,7 +57,7 @@ def figures_of(problem: Problem, options: Options, schedule: Annealing) -> np.nd
         for seed in range(SETS):
             plan = solve(problem, dataclasses.replace(options, seed=seed))
             passed = [candidate.ergodic_metric for candidate in plan.candidates if candidate.feasible]
-            rows.append((min(passed), np.median(passed), len(passed), plan.diversity.effective_plans))
+            rows.append((min(passed), np.median(passed), max(passed), len(passed), plan.diversity.effective_plans))
     jax.clear_caches()
     return np.array(rows)
 
@@ -68,18 +68,21 @@ def main() -> None:
     print(
         f"\n{SETS} sets of {CANDIDATES} seeds: geometric means of E, means of the rest; by the product's: set by set\n"
     )
-    print("| problem | steps, first, last | best E | by the product's | median E | passed | distinct plans |")
-    print("|---|---|---|---|---|---|---|")
+    print(
+        "| problem | steps, first, last | best E | by the product's | median E | worst / best | passed | distinct plans |"
+    )
+    print("|---|---|---|---|---|---|---|---|")
     for name, problem, options in problems():
         product = figures_of(problem, options, polish.ANNEALING)
         for schedule in SCHEDULES:
             found = product if schedule is polish.ANNEALING else figures_of(problem, options, schedule)
             over = np.log(found[:, 0] / product[:, 0])
-            best, middle, passed, distinct = *np.exp(np.log(found[:, :2]).mean(axis=0)), *found[:, 2:].mean(axis=0)
+            best, middle, worst = np.exp(np.log(found[:, :3]).mean(axis=0))
+            passed, distinct = found[:, 3:].mean(axis=0)
             print(
                 f"| {name} | {schedule.steps}, {schedule.longest_unit}, {schedule.shortest_unit} | {best:.5f} "
-                f"| {np.exp(over.mean()):.3f} ± {over.std() / np.sqrt(SETS):.3f} | {middle:.5f} | {passed:.1f} "
-                f"| {distinct:.2f} |",
+                f"| {np.exp(over.mean()):.3f} ± {over.std() / np.sqrt(SETS):.3f} | {middle:.5f} "
+                f"| {worst / best:.2f} | {passed:.1f} | {distinct:.2f} |",
                 flush=True,
             )
 
