@@ -68,9 +68,7 @@ def main() -> None:
     print(
         f"\n{SETS} sets of {CANDIDATES} seeds: geometric means of E, means of the rest; by the product's: set by set\n"
     )
-    print(
-        "| problem | steps, first, last | best E | by the product's | median E | worst / best | passed | distinct plans |"
-    )
+    print("| problem | steps, first, last | best E | by the product's | median E | worst / best | passed | distinct |")
     print("|---|---|---|---|---|---|---|---|")
     for name, problem, options in problems():
         product = figures_of(problem, options, polish.ANNEALING)
