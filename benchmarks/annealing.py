@@ -28,7 +28,7 @@ from planner.stein import Annealing
 SETS = 24
 CANDIDATES = 12
 ROWS = (4, 5, 6)
-SCHEDULES = (polish.ANNEALING, Annealing(5, 0.2, 0.01), Annealing(8, 0.1, 0.003), Annealing(20, 0.06, 0.003))
+SCHEDULES = (polish.ANNEALING, Annealing(6, 0.15, 0.003), Annealing(8, 0.1, 0.003), Annealing(20, 0.06, 0.003))
 
 
 def problems() -> Iterator[tuple[str, Problem, Options]]:

@@ -23,7 +23,7 @@ from planner.problem import Kernel
 from planner.scene import Scene
 
 # Short last steps would move nothing that the polish does not move better.
-ANNEALING = stein.Annealing(6, 0.15, 0.003)
+ANNEALING = stein.Annealing(5, 0.2, 0.01)
 # The Stein phase may cut corners; the polish makes them good.
 STEIN_PENALTY = 0.1
 FEWEST_KNOTS_A_PART = 40
