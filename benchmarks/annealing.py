@@ -15,12 +15,11 @@ from unittest import mock
 import jax
 import numpy as np
 
-from benchmarks.quality import FLAT, problem_of
+from benchmarks.quality import FLAT, length_of_rows, level_problem
 from benchmarks.timing import machine, without_baseline
 from mission import load
 from mission.site.problem import options_from_mission, problem_from_mission
 from planner import polish, solver
-from planner.information import uniform
 from planner.problem import Options, Problem
 from planner.solver import solve
 from planner.stein import Annealing
@@ -34,9 +33,7 @@ SCHEDULES = (polish.ANNEALING, Annealing(6, 0.15, 0.003), Annealing(8, 0.1, 0.00
 def problems() -> Iterator[tuple[str, Problem, Options]]:
     """Level squares with the length of a lawnmower, and two of the examples, twelve candidates each."""
     for rows in ROWS:
-        length = (rows - 1) + (rows - 1) / rows
-        start = np.full(3, 0.5 / rows) * FLAT.lengths_m
-        problem = problem_of(FLAT, uniform(FLAT, (32, 32, 8)), length, start)
+        problem = level_problem(FLAT, length_of_rows(rows), rows)
         yield f"square, {rows} rows", problem, Options(candidates=CANDIDATES, modes=(8, 8, 1))
     for example in ("room", "forest"):
         mission = load(f"examples/{example}.toml")
@@ -58,7 +55,6 @@ def figures_of(problem: Problem, options: Options, schedule: Annealing) -> np.nd
             plan = solve(problem, dataclasses.replace(options, seed=seed))
             passed = [candidate.ergodic_metric for candidate in plan.candidates if candidate.feasible]
             rows.append((min(passed), np.median(passed), max(passed), len(passed), plan.diversity.effective_plans))
-    jax.clear_caches()
     return np.array(rows)
 
 

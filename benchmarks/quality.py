@@ -46,6 +46,17 @@ def problem_of(workspace: Workspace, information: DensityGrid, length: float, st
     )
 
 
+def length_of_rows(rows: int) -> float:
+    """Of a lawnmower on the unit square."""
+    return (rows - 1) + (rows - 1) / rows
+
+
+def level_problem(workspace: Workspace, length: float, rows: int) -> Problem:
+    """A uniform target, from where a lawnmower of so many rows begins."""
+    start = np.full(3, 0.5 / rows) * workspace.lengths_m
+    return problem_of(workspace, uniform(workspace, (32, 32, 8)), length, start)
+
+
 def scores(plan: Plan, problem: Problem, options: Options) -> dict[str, float]:
     """The selected path's metric, by both conventions and on twice the modes, and its share of the lawnmower's."""
     curve = plan.best.trajectory
@@ -69,19 +80,17 @@ def level() -> None:
     print("\nlevel target, best of 12")
     print(f"{'problem':>24} {'length':>7} {'E(lin)':>9} {'E(sq)':>9} {'E(lin) 2K':>10} {'of lawnmower':>13} {'s':>6}")
     linear, squared = MetricWeights.LINEAR, MetricWeights.SQUARED
-    cases = [(f"square, {rows} rows", FLAT, (8, 8, 1), (rows - 1) + (rows - 1) / rows, rows, linear) for rows in ROWS]
+    cases = [(f"square, {rows} rows", FLAT, (8, 8, 1), length_of_rows(rows), rows, linear) for rows in ROWS]
     cases += [
         ("square, at most 5.3", FLAT, (8, 8, 1), 5.3, 5, linear),
         ("cube, at most 10", CUBE, (8, 8, 8), 10.0, 4, linear),
         ("cube, at most 10, by E(sq)", CUBE, (8, 8, 8), 10.0, 4, squared),
     ]
     for name, box, modes, length, rows, weights in cases:
-        start = np.full(3, 0.5 / rows) * box.lengths_m
-        problem = problem_of(box, uniform(box, (32, 32, 8)), length, start)
+        problem = level_problem(box, length, rows)
         if "at most" in name:
             # Speed enough to be as long as is allowed, starting and ending at rest.
-            faster = problem_of(box, problem.information, FASTER * length, start)
-            problem = dataclasses.replace(faster, max_length_m=length)
+            problem = dataclasses.replace(level_problem(box, FASTER * length, rows), max_length_m=length)
         options = Options(candidates=12, modes=modes, metric_weights=weights)
         solve(problem, options)
         started_s = time.perf_counter()
