@@ -77,6 +77,11 @@ class Heading:
     start_s: float
     yaw_rad: Float[np.ndarray, "time"]
 
+    @property
+    def end_s(self) -> float:
+        """Curve time of the last sample."""
+        return self.start_s + _HEADING_INTERVAL_S * (len(self.yaw_rad) - 1)
+
     def at(self, curve_s: float) -> float:
         """The heading at a curve time, counter-clockwise from east, radians."""
         place = (curve_s - self.start_s) / _HEADING_INTERVAL_S
@@ -97,19 +102,20 @@ def heading_along(
         yaw_rad: Heading at the beginning.
         max_yaw_rate_radps: Greatest rate of turn.
         from_s: Curve time of the beginning; None: the curve's start.
-        arrives_rad: Where to look at the end, after which it turns as late as it can; None: as on the way.
+        arrives_rad: Where to look at the end, for which it turns as late as it can, and on beyond the end of a curve
+            that is shorter than the turn; None: as on the way.
 
     Returns:
         The heading over the curve.
     """
     first_s = trajectory.start_s if from_s is None else from_s
-    count = max(2, math.ceil((trajectory.end_s - first_s) / _HEADING_INTERVAL_S) + 1)
+    turn_s = 0.0 if arrives_rad is None else math.pi / max_yaw_rate_radps
+    count = max(2, math.ceil((trajectory.end_s + turn_s - first_s) / _HEADING_INTERVAL_S) + 1)
     time_s = first_s + np.arange(count) * _HEADING_INTERVAL_S
     velocity = trajectory.sample(time_s).velocity_mps
     planned = trajectory.headings_at(time_s)
     if arrives_rad is not None:
-        turns_s = trajectory.end_s - math.pi / max_yaw_rate_radps
-        planned = np.where(time_s < turns_s, np.nan if planned is None else planned, arrives_rad)
+        planned = np.where(time_s < trajectory.end_s - turn_s, np.nan if planned is None else planned, arrives_rad)
     yaw = headings(time_s, velocity, max_yaw_rate_radps, start_yaw_rad=yaw_rad, planned_rad=planned)
     return Heading(first_s, yaw)
 
@@ -266,9 +272,9 @@ class Course:
         return position
 
     def at(self, now_s: float) -> CoursePoint:
-        """Where the course is at a moment of the flight clock; after its end it stands there."""
-        curve_s, rate, rate_per_s = self.pace.at(now_s)
-        curve_s = min(curve_s, self.end_s)
+        """Where the course is at a moment of the flight clock; after its end it stands there, and may still turn."""
+        pace_s, rate, rate_per_s = self.pace.at(now_s)
+        curve_s = min(pace_s, self.end_s)
         leg = self.leg_at(curve_s)
         full = leg.trajectory.motion_at(curve_s)
         velocity = full.velocity_mps
@@ -278,16 +284,17 @@ class Course:
         else:
             acceleration = rate**2 * full.acceleration_mps2 + rate_per_s * velocity
             motion = Motion(full.position_m, rate * velocity, acceleration)
-        return CoursePoint(curve_s, rate, motion, leg.heading.at(curve_s))
+        return CoursePoint(curve_s, rate, motion, leg.heading.at(pace_s))
 
     def finished(self, now_s: float) -> bool:
         """Whether the last curve has come to its end."""
         return self.pace.at(now_s)[0] >= self.end_s
 
     def over_s(self, now_s: float) -> float:
-        """How long ago the last curve came to its end, at the present pace; zero: it has not, or only just."""
-        curve_s, rate, _ = self.pace.at(now_s)
-        return max(0.0, curve_s - self.end_s) / rate if rate > 0.0 else 0.0
+        """How long ago the last curve and the turn after it came to their end, at the present pace; zero: not yet."""
+        pace_s, rate, _ = self.pace.at(now_s)
+        over_s = pace_s - max(self.end_s, self.legs[-1].heading.end_s)
+        return max(0.0, over_s) / rate if rate > 0.0 else 0.0
 
     def stands(self, now_s: float) -> bool:
         """Whether the course has come to a standstill, at the end or on the way."""
@@ -349,6 +356,12 @@ class Course:
     def stop_position(self) -> Vector:
         """Where the course comes to a standstill."""
         return vector(self.motion_at(self.stop_s()).position_m)
+
+    def stop_yaw_rad(self) -> float:
+        """Where the nose points at the standstill, once it has turned."""
+        stop_s = self.stop_s()
+        heading = self.leg_at(stop_s).heading
+        return heading.at(heading.end_s if stop_s >= self.end_s else stop_s)
 
     def continued(self, trajectory: ProvenTrajectory, now_s: float) -> Course:
         """The course that leaves its last curve for another at that one's start.

@@ -22,6 +22,7 @@ _SLOWEST = 0.35
 _SAME_PLACE_M = 1e-3
 # Within what estimates wander while hovering.
 _THERE_M = 0.5
+_LOOKING_RAD = 0.1
 _LOOK_BACK_S = 2.0
 """A vehicle is that far behind its course at most without anything being wrong, and some more."""
 
@@ -191,12 +192,17 @@ class CourseKeeper:
         """Whether a vehicle has yet to come to where the course ends, and stand: what begins there begins at rest.
 
         One that overshoots or is late would be told to run after a course that goes on without it, as fast as its own
-        limits allow.
+        limits allow. Where headings are planned it has to look there, too: a plan may turn as fast as the vehicle can,
+        which then never catches up.
         """
         if self.course is None:
             return False
         apart_m = math.dist(state.position_enu_m, self.course.stop_position())
-        return apart_m > _THERE_M or not readings.stands(state)
+        if apart_m > _THERE_M or not readings.stands(state):
+            return True
+        if self.exploration.headings_at(np.array([self.rejoin_s])) is None:
+            return False
+        return abs(math.remainder(state.yaw_enu_rad - self.course.stop_yaw_rad(), 2.0 * math.pi)) > _LOOKING_RAD
 
     def over_s(self, now_s: float) -> float:
         """How long ago the course came to its end."""

@@ -32,6 +32,7 @@ from mission.plan_output import plan_file_of
 from mission.planning import Planned
 from planner.judging import Judge
 from planner.trajectory import Trajectory
+from tests.mission.flying_vehicle import STATE
 from tests.mission.hand_made import plan_by_hand
 from tests.mission.proven import proven
 from tests.planner.independent_checker import check
@@ -167,6 +168,35 @@ def test_the_way_to_the_start_arrives_looking_as_the_exploration_begins(planned)
     assert apart(keeper.course.headings_at(np.array([4.0]))[0], southwards) < 0.1
     keeper.begin_way(proven(along(np.array([CORNERS[0], [5.0, 50.0, 12.0]]), limits)), 0.0)
     assert apart(keeper.course.at(keeper.course.end_s).yaw_rad, southwards + np.pi) < 0.1
+
+
+def test_a_vehicle_turns_on_at_the_end_of_a_way_that_is_shorter_than_the_turn_and_is_waited_for(planned):
+    keeper = CourseKeeper(assignment_of(planned, FlightMethod.OFFBOARD), None)
+    begins = heading_of(planned.plan.best.trajectory, [0.0])[0]
+    keeper.stand(dataclasses.replace(STATE, position_enu_m=(15.5, 15.0, 12.0), yaw_enu_rad=begins + 3.0), 0.0)
+    keeper.begin_way(proven(along(np.array([[15.5, 15.0, 12.0], CORNERS[0]]), planned.problem.limits)), 0.0)
+    course = keeper.course
+    assert course is not None
+    fastest = planned.problem.limits.max_yaw_rate_radps
+    told = np.unwrap([course.at(now_s).yaw_rad for now_s in np.arange(0.0, course.end_s + 3.5 / fastest, 0.1)])
+    assert apart(course.at(course.end_s).yaw_rad, begins) > 1.0
+    assert np.abs(np.diff(told)).max() <= 0.1 * fastest * (1.0 + 1e-6)
+    assert apart(told[-1], begins) < 1e-9
+    there = dataclasses.replace(STATE, position_enu_m=(15.0, 15.0, 12.0), velocity_enu_mps=(0.0, 0.0, 0.0))
+    assert keeper.waits_for(dataclasses.replace(there, yaw_enu_rad=begins + 0.3))
+    assert not keeper.waits_for(dataclasses.replace(there, yaw_enu_rad=begins + 2.0 * np.pi))
+
+
+def test_a_vehicle_that_brakes_on_its_way_is_not_waited_for_to_look_as_at_the_end(planned):
+    keeper = CourseKeeper(assignment_of(planned, FlightMethod.OFFBOARD), None)
+    keeper.begin_exploration(0.0)
+    keeper.brake(5.0)
+    assert keeper.course is not None
+    point = keeper.course.at(20.0)
+    stopped = dataclasses.replace(STATE, position_enu_m=tuple(point.motion.position_m), yaw_enu_rad=point.yaw_rad)
+    assert apart(keeper.course.at(keeper.course.end_s).yaw_rad, heading_of(keeper.exploration, [40.0])[0]) > 0.5
+    assert not keeper.waits_for(stopped)
+    assert keeper.waits_for(dataclasses.replace(stopped, yaw_enu_rad=point.yaw_rad + 0.5))
 
 
 def test_a_heading_is_planned_for_a_part_of_the_way_only():
