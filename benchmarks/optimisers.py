@@ -20,7 +20,7 @@ from benchmarks.inner_solvers import adam_init, adam_step, gauss_newton_step
 from benchmarks.timing import machine, without_baseline
 from mission import load
 from mission.site.problem import options_from_mission, problem_from_mission
-from planner import augmented_lagrangian, lbfgs, solver
+from planner import augmented_lagrangian, lbfgs, polish, solver
 from planner.plan import Plan
 from planner.polish import Particles, Round, polished
 from planner.problem import Kernel, Method, Options, Problem
@@ -87,6 +87,8 @@ def _changed(part: str) -> Iterator[None]:
                 put(lbfgs, "step", adam_step)
             case "with Gauss–Newton":
                 put(augmented_lagrangian, "step", gauss_newton_step)
+                # Its linear systems are LAPACK's, which parts at once would wait for for ever (`polish`).
+                put(polish, "cores", lambda: 1)
             case "with half of the modes first":
                 put(solver, "polished", _coarse_to_fine)
             case "with a knot a sample":

@@ -125,7 +125,8 @@ def _each(threads: Executor, work: Callable[[Given], Taken], parts: Sequence[Giv
     """What comes of every part, all at once: the first in this thread, the others in one each.
 
     Candidates have nothing to do with each other here, and of loops as short as theirs XLA by itself gives a second
-    core little to do.
+    core little to do. No work may call LAPACK: it waits in a thread of XLA's for others of the same few, and parts that
+    do so at once wait for ever.
     """
     others = [threads.submit(lambda part: jax.block_until_ready(work(part)), part) for part in parts[1:]]
     return [jax.block_until_ready(work(parts[0])), *(other.result() for other in others)]

@@ -69,6 +69,17 @@ def test_the_polish_is_lowered_for_a_gpu(metric: Metric) -> None:
         assert_exact_and_the_gpus_own(program)
 
 
+@pytest.mark.parametrize("metric", Metric)
+def test_what_runs_on_all_cores_at_once_calls_no_library_that_waits_for_the_same_threads(metric: Metric) -> None:
+    scene = scene_by(metric)
+    states = jax.eval_shape(polish._begin, scene, PARTICLES)
+    for traced in (
+        polish._begin.trace(scene, PARTICLES),
+        polish._round.trace(scene, states, np.float32(1.0), np.int32(3)),
+    ):
+        assert "custom_call" not in traced.lower().as_text()
+
+
 @pytest.mark.usefixtures("gpu")
 def test_the_papers_steps_are_lowered_for_a_gpu() -> None:
     scene = scene_by(Metric.SPECTRAL)
