@@ -87,7 +87,7 @@ def _changed(part: str) -> Iterator[None]:
                 put(lbfgs, "step", adam_step)
             case "with Gauss–Newton":
                 put(augmented_lagrangian, "step", gauss_newton_step)
-                # Its linear systems are LAPACK's, which parts at once would wait for for ever (`polish`).
+                # Its linear systems are LAPACK's, which no parts at once may call (`polish._each`).
                 put(polish, "cores", lambda: 1)
             case "with half of the modes first":
                 put(solver, "polished", _coarse_to_fine)

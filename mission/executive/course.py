@@ -293,8 +293,7 @@ class Course:
     def over_s(self, now_s: float) -> float:
         """How long ago the last curve and the turn after it came to their end, at the present pace; zero: not yet."""
         pace_s, rate, _ = self.pace.at(now_s)
-        over_s = pace_s - max(self.end_s, self.legs[-1].heading.end_s)
-        return max(0.0, over_s) / rate if rate > 0.0 else 0.0
+        return max(0.0, pace_s - self.legs[-1].heading.end_s) / rate if rate > 0.0 else 0.0
 
     def stands(self, now_s: float) -> bool:
         """Whether the course has come to a standstill, at the end or on the way."""

@@ -107,9 +107,8 @@ class CourseKeeper:
 
         Where it leads to an exploration whose headings are planned, it arrives looking as that begins.
         """
-        planned = self.exploration.headings_at(np.array([self.rejoin_s]))
         apart_m = np.abs(way.motion_at(way.end_s).position_m - np.array(self.rejoin_m())).max()
-        self._begin(way, now_s, None, None if planned is None or apart_m > _SAME_PLACE_M else float(planned[0]))
+        self._begin(way, now_s, None, self._rejoin_yaw_rad() if apart_m <= _SAME_PLACE_M else None)
 
     def begin_anew(self, exploration: ProvenTrajectory, now_s: float) -> None:
         """Explore on a curve that begins where the vehicle stands."""
@@ -200,7 +199,7 @@ class CourseKeeper:
         apart_m = math.dist(state.position_enu_m, self.course.stop_position())
         if apart_m > _THERE_M or not readings.stands(state):
             return True
-        if self.exploration.headings_at(np.array([self.rejoin_s])) is None:
+        if self._rejoin_yaw_rad() is None:
             return False
         return abs(math.remainder(state.yaw_enu_rad - self.course.stop_yaw_rad(), 2.0 * math.pi)) > _LOOKING_RAD
 
@@ -211,6 +210,11 @@ class CourseKeeper:
     def watched_s(self, now_s: float) -> float:
         """Curve time up to which the course must be clear for it to be flown on with at this moment."""
         return -math.inf if self.course is None else self.course.braking(now_s).stop_s() + _BLOCKED_RESERVE_S
+
+    def _rejoin_yaw_rad(self) -> float | None:
+        """Where the nose points as the exploration is taken up; None: no headings are planned."""
+        planned = self.exploration.headings_at(np.array([self.rejoin_s]))
+        return None if planned is None else float(planned[0])
 
     def _begin(
         self, trajectory: ProvenTrajectory, now_s: float, from_s: float | None, arrives_rad: float | None = None
